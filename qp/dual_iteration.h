@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+
+#include "qp/problem.h"
+#include "qp/working_set.h"
+
+namespace tendril::qp {
+
+/// What changes with every cycle; n values each. Any side may be infinite, equal sides are an equality.
+struct Bounds {
+  Vector lower, upper;          // of x, in its unit
+  Vector row_lower, row_upper;  // of A x, in its unit
+};
+
+/// The dual active-set method in one metric, from the working set of the problem before.
+///
+/// Multipliers of the right sign move to the maximum of the dual on the face of the working set; one that
+/// would change its sign leaves the set, and at the maximum the most violated constraint enters.  [Goldfarb &
+/// Idnani 1983; Arnström, Bemporad & Axehill 2022] The softness of the rows makes the dual strictly concave
+/// on every face, so each full step increases it, no working set returns, and duplicated rows and degenerate
+/// vertices need no care.
+///
+/// What softness, the proximal term and rounding falsify is put right by measuring: at each candidate H z,
+/// A z and the gradient of the Lagrangian are evaluated in the data as given, and the discrepancies are added
+/// to γ and to the rows' values. This is iterative refinement and the proximal method of multipliers
+/// [Rockafellar 1976] at once. Where the rows conflict, their violations converge to the least ones under it
+/// [Chiche & Gilbert 2016].
+///
+/// Real-time, all: bounded, nothing allocates, throws or locks.
+class DualIteration {
+ public:
+  /// kConflict: the rows cannot all be met, or so it seems from how slowly their violations change.
+  enum class Outcome { kSolved, kConflict, kCapped };
+
+  /// Takes over a problem; the working set stays, less what the new bounds rule out.
+  /// @param metric  n variables
+  /// @param id      equal for equal metrics
+  /// @param g       n, finite
+  /// @param bounds  n each, lower ≤ upper
+  void load(const Metric& metric, std::uint64_t id, const Vector& g, const Bounds& bounds) noexcept;
+
+  /// Iterates until the problem is solved or the rows appear to conflict.
+  /// @param metric      that of load()
+  /// @param settled     the rows conflict where their violations change by at most this from one candidate
+  ///                    to the next, relative to the largest; a negative value: never
+  /// @param iterations  counts on from its value
+  /// @param cap         at which value of `iterations` to stop
+  Outcome run(const Metric& metric, double settled, int& iterations, int cap) noexcept;
+
+  /// Moves the bounds that row k passes by `violation`, in scaled terms; an equality stays one. Then
+  /// settle().
+  void relax(int k, double violation) noexcept;
+  /// Takes back the corrections of the rows, which conflict had driven up.
+  void settle() noexcept;
+
+  /// By how much the last candidate passes the bounds of row k, signed and scaled.
+  double violation(int k) const;
+  /// The last candidate: n scaled variables, within their bounds.
+  const Values& z() const { return z_; }
+  /// The variables where the iteration stands, n scaled values within their bounds; a candidate or not.
+  Values standing(const Metric& metric) noexcept;
+  /// γ, n values.
+  const Values& gamma() const { return gamma_; }
+  /// The scaled multiplier of constraint k.
+  double multiplier(int k) const;
+  /// Empties the working set.
+  void reset();
+
+ private:
+  enum class Verdict { kSolved, kInexact, kConflict };
+  enum class Rows { kMet, kOff, kConflict };
+
+  void resume(const Metric& metric, std::uint64_t id);
+  int move_multipliers();
+  void update_values(const Metric& metric);
+  int most_violated() const;
+  Verdict measure(const Metric& metric, double settled);
+  Rows judge_rows(double settled, const Values& size, double worth);
+  bool stationary(const Metric& metric, const Values& size) const;
+  void correct(const Metric& metric);
+
+  WorkingSet working_set_;
+  std::uint64_t id_ = 0;
+  int n_ = 0;
+  double largest_ = 0, terms_ = 0;        // max |γ_j|, Σ |γ_j|
+  double size_ = 0;                       // magnitude of the constraints' values at the start
+  double rounding_ = 0;                   // what rounding amounts to in a value
+  double worst_ = 0;                      // what the row that is off most was off at the last candidate
+  alignas(64) Values lower_{}, upper_{};  // scaled bounds, as far as relaxed
+  alignas(64) Values gamma_{};            // γ, the scaled g
+  alignas(64) Values start_{};            // the constraints' values at λ = 0, with the corrections so far
+  alignas(64) Values shift_{};            // the rows' share of these corrections
+  alignas(64) Values value_{};            // the constraints' values at λ
+  alignas(64) Values z_{};                // the candidate: those of the variables, within their bounds
+  alignas(64) Values product_{};          // measured there: Q z,
+  alignas(64) Values slope_{};            //   the gradient of the Lagrangian,
+  alignas(64) Values off_{};              //   and what the rows are off their bounds
+};
+
+}  // namespace tendril::qp

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+namespace tendril::qp {
+
+inline constexpr int kMaxVariables = 32;
+inline constexpr int kMaxConstraints = 2 * kMaxVariables;  // two-sided: one a variable, one a row of A
+
+using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxVariables, 1>;
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxVariables, kMaxVariables>;
+/// One number a constraint; entries past 2n up to the stride are zero.
+using Values = std::array<double, kMaxConstraints>;
+
+/// The constraints of a quadratic program with Hessian H, seen in the metric of H⁻¹.
+///
+/// Constraints are numbered 0..n-1 (the variables) and n..2n-1 (the rows of A); C = [I; A] stacks them. Each
+/// is scaled by a weight ω_k, a power of two so that scaling never rounds, which brings the diagonal of
+///
+///     G = Ω C H⁻¹ Cᵀ Ω     (2n × 2n)
+///
+/// to about 1. In scaled terms z = Ω_box x and γ = Ω_box⁻¹ g, the point where the Lagrangian with multipliers
+/// λ is stationary has the constraint values Ω C x = -G (λ + [γ; 0]): G is all that an active-set method
+/// needs. Beside it lies Q = [Ω_box⁻¹ H Ω_box⁻¹; Ω_row A Ω_box⁻¹], against which candidates are checked.
+///
+/// Row k has the softness δ_k, far below G_kk. It makes G_WW + Δ_WW positive definite for every set W of
+/// constraints, also where rows are dependent; what it falsifies is put right by the iteration
+/// (dual_iteration.h).
+class Metric {
+ public:
+  /// How the rows' softness is chosen.
+  enum class Softness {
+    kEven,      // alike for all rows, as small as rounding allows: for rows that can be met
+    kByEnergy,  // δ_k ∝ ω_k² A_kk: where rows conflict, Σ v_k² / A_kk over their violations v is least
+  };
+
+  /// Takes over a problem's matrices, in place of the previous ones.
+  /// @param H   n × n, symmetric; only its lower triangle is read
+  /// @param L   n × n, lower Cholesky factor of D H D, or of D H D plus a small term
+  /// @param A   n × n, symmetric positive semidefinite
+  /// @param d   n, the diagonal of D, powers of two
+  /// @param softness  that of the rows
+  /// @return    false where the weights overflow
+  /// Real-time: bounded (about 4 n³ multiplications), allocates nothing.
+  bool build(const Matrix& H, const Matrix& L, const Matrix& A, const Vector& d, Softness softness) noexcept;
+
+  /// Number of variables.
+  int n() const { return n_; }
+  /// Length of a column of G and of Q: 2n rounded up to a multiple of four, the rest zero.
+  int stride() const { return stride_; }
+  /// Column k of G, k = 0..2n-1, stride() values.
+  const double* gram(int k) const { return gram_.data() + k * stride_; }
+  /// Column j of Q, j = 0..n-1, stride() values.
+  const double* q(int j) const { return q_.data() + j * stride_; }
+  /// ω_k, k = 0..2n-1.
+  double weight(int k) const { return weight_[k]; }
+  /// 1 / ω_k, exactly.
+  double unit(int k) const { return unit_[k]; }
+  /// δ_k; 0 for k < n, since a variable's bounds are hard.
+  double softness(int k) const { return softness_[k]; }
+
+  /// Q z, and for each of its sums the sum of the terms' magnitudes.
+  /// @param z  n values
+  /// Real-time: 4n² multiplications.
+  void evaluate(const Values& z, Values& product, Values& size) const noexcept;
+
+ private:
+  int n_ = 0, stride_ = 0;
+  Values weight_{}, unit_{}, softness_{};
+  alignas(64) std::array<double, kMaxConstraints * kMaxVariables> q_{};
+  alignas(64) std::array<double, kMaxConstraints * kMaxConstraints> gram_{};
+};
+
+/// The power of two nearest to a positive value, in the logarithm.
+double power_of_two_near(double value) noexcept;
+
+}  // namespace tendril::qp

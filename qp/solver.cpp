@@ -1,0 +1,179 @@
+#include "qp/solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tendril::qp {
+namespace {
+
+using Outcome = DualIteration::Outcome;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kSuspect = 0.5;   // relative change of the violations at which a conflict is looked into,
+constexpr double kSettled = 1e-6;  // at which they are least,
+constexpr double kLeft = 1e-2;     // and at which the rest that rounding leaves is conceded
+constexpr double kNever = -1;
+
+double clip(double value, double lower, double upper) {
+  if (!std::isfinite(value)) value = 0;
+  if (value < lower && lower < kInfinity) value = lower;
+  if (value > upper && upper > -kInfinity) value = upper;
+  return value;
+}
+
+double beyond(double value, double lower, double upper) {
+  return value < lower ? lower - value : value > upper ? value - upper : 0;
+}
+
+bool well_posed(int n, const Vector& g, const Bounds& bounds) {
+  if (n == 0 || g.size() != n || !g.allFinite()) return false;
+  for (const auto& [lower, upper] :
+       {std::pair(&bounds.lower, &bounds.upper), {&bounds.row_lower, &bounds.row_upper}}) {
+    if (lower->size() != n || upper->size() != n) return false;
+    for (int k = 0; k < n; ++k) {
+      const double l = (*lower)[k], u = (*upper)[k];
+      if (!(l <= u && l < kInfinity && u > -kInfinity)) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+const char* name(Status status) noexcept {
+  switch (status) {
+    case Status::kOptimal:
+      return "optimal";
+    case Status::kSoftened:
+      return "softened";
+    case Status::kCapped:
+      return "capped";
+    case Status::kIllPosed:
+      return "ill-posed";
+  }
+  return "unknown";
+}
+
+const Solution& Solver::solve(const Problem& problem, const Vector& g, const Bounds& bounds,
+                              const Vector& hold, int iteration_cap) noexcept {
+  solution_.iterations = 0;
+  if (!well_posed(problem.n(), g, bounds)) return refuse(problem, bounds, hold);
+
+  optimum_.load(problem.optimum(), problem.id(), g, bounds);
+  Outcome outcome = optimum_.run(problem.optimum(), kSuspect, solution_.iterations, iteration_cap);
+  bool softened = false;
+  if (outcome == Outcome::kConflict) {
+    softened = find_least_violation(problem, bounds, iteration_cap, outcome);
+    if (outcome != Outcome::kCapped)
+      outcome =
+          optimum_.run(problem.optimum(), softened ? kLeft : kNever, solution_.iterations, iteration_cap);
+  }
+  while (outcome == Outcome::kConflict) {  // each turn iterates at least once, so the cap bounds them
+    for (int k = problem.n(); k < 2 * problem.n(); ++k) optimum_.relax(k, optimum_.violation(k));
+    optimum_.settle();
+    outcome = optimum_.run(problem.optimum(), kLeft, solution_.iterations, iteration_cap);
+  }
+  if (outcome == Outcome::kCapped) return retreat(problem, bounds, hold);
+  return finish(problem, bounds, hold, optimum_.z(), softened ? Status::kSoftened : Status::kOptimal);
+}
+
+/// Relaxes the rows of the optimum's iteration by their least violations; false where they do not conflict
+/// after all.
+bool Solver::find_least_violation(const Problem& problem, const Bounds& bounds, int cap, Outcome& outcome) {
+  const int n = problem.n();
+  const Metric &least = problem.least(), &optimum = problem.optimum();
+  least_.load(least, problem.id(), Vector::Zero(n), bounds);
+  outcome = least_.run(least, kSettled, solution_.iterations, cap);
+  if (outcome != Outcome::kConflict) return false;
+  for (int k = n; k < 2 * n; ++k) optimum_.relax(k, least_.violation(k) * least.unit(k) * optimum.weight(k));
+  optimum_.settle();
+  return true;
+}
+
+double Solver::multiplier(const Problem& problem, int k) const noexcept {
+  return optimum_.multiplier(k) * problem.optimum().weight(k);
+}
+
+void Solver::reset() noexcept {
+  optimum_.reset();
+  least_.reset();
+}
+
+/// Unscales z.
+const Solution& Solver::finish(const Problem& problem, const Bounds& bounds, const Vector& hold,
+                               const Values& z, Status status) {
+  const int n = problem.n();
+  const Metric& metric = problem.optimum();
+  Values product, size;
+  metric.evaluate(z, product, size);
+  Vector unscaled(n);
+  double worst = 0;
+  for (int j = 0; j < n; ++j) {
+    const double x = z[j] * metric.unit(j), row = product[n + j] * metric.unit(n + j);
+    if (!std::isfinite(x) || !std::isfinite(row)) return refuse(problem, bounds, hold);  // they overflowed
+    unscaled[j] = clip(x, bounds.lower[j], bounds.upper[j]);
+    worst = std::max(worst, beyond(row, bounds.row_lower[j], bounds.row_upper[j]));
+  }
+  solution_.x = unscaled;  // not before: `hold` may be the x of the solution before
+  solution_.row_violation = worst;
+  solution_.status = status;
+  return solution_;
+}
+
+/// The best point on the way from the clipped `hold` to where the iteration stands, with no row worse than at
+/// `hold`.
+const Solution& Solver::retreat(const Problem& problem, const Bounds& bounds, const Vector& hold) {
+  const int n = problem.n();
+  const Metric& metric = problem.optimum();
+  const Values towards = optimum_.standing(metric);
+  Values held{}, direction{}, at_hold, along, size;
+  for (int j = 0; j < n; ++j) {
+    held[j] = clip(j < hold.size() ? hold[j] : 0, bounds.lower[j], bounds.upper[j]) * metric.weight(j);
+    direction[j] = towards[j] - held[j];
+  }
+  metric.evaluate(held, at_hold, size);
+  metric.evaluate(direction, along, size);
+
+  double step = 1;
+  bool met = true;
+  for (int k = n; k < 2 * n; ++k) {
+    const double lower = bounds.row_lower[k - n] * metric.weight(k),
+                 upper = bounds.row_upper[k - n] * metric.weight(k);
+    met = met && lower <= at_hold[k] && at_hold[k] <= upper;
+    if (along[k] > 0) step = std::min(step, std::max(upper - at_hold[k], 0.0) / along[k]);
+    if (along[k] < 0) step = std::min(step, std::min(lower - at_hold[k], 0.0) / along[k]);
+  }
+  if (met) {  // the objective along the way is ½ curvature step² + slope step
+    double slope = 0, curvature = 0;
+    for (int j = 0; j < n; ++j) {
+      slope += direction[j] * (at_hold[j] + optimum_.gamma()[j]);
+      curvature += direction[j] * along[j];
+    }
+    if (!(slope < 0)) {
+      step = 0;
+    } else if (-slope < step * curvature) {
+      step = -slope / curvature;
+    }
+  }
+  for (int j = 0; j < n; ++j) held[j] += step * direction[j];
+  return finish(problem, bounds, hold, held, Status::kCapped);
+}
+
+/// The clipped `hold`, for what cannot be solved.
+const Solution& Solver::refuse(const Problem& problem, const Bounds& bounds, const Vector& hold) {
+  const auto entry = [](const Vector& values, int j, double otherwise) {
+    return j < values.size() ? values[j] : otherwise;
+  };
+  const int n = problem.n() > 0 ? problem.n() : static_cast<int>(hold.size());
+  Vector clipped(n);
+  for (int j = 0; j < n; ++j)
+    clipped[j] =
+        clip(entry(hold, j, 0), entry(bounds.lower, j, -kInfinity), entry(bounds.upper, j, kInfinity));
+  solution_.x = clipped;
+  solution_.row_violation = 0;
+  solution_.status = Status::kIllPosed;
+  return solution_;
+}
+
+}  // namespace tendril::qp

@@ -1,0 +1,79 @@
+#pragma once
+
+#include "qp/dual_iteration.h"
+#include "qp/problem.h"
+
+namespace tendril::qp {
+
+/// How a solve ended.
+enum class Status {
+  kOptimal,   // x solves the problem: its optimality conditions were checked against H and A
+  kSoftened,  // the rows cannot be met within lower ≤ x ≤ upper; x violates them least
+  kCapped,    // stopped at the iteration cap; x is no worse than the last command
+  kIllPosed,  // not a number, contradictory bounds, no prepared Problem; x is the last command, clipped
+};
+
+/// One word for a log; static storage.
+/// Real-time: wait-free.
+const char* name(Status status) noexcept;
+
+struct Solution {
+  Vector x;
+  Status status = Status::kIllPosed;
+  int iterations = 0;
+  double row_violation = 0;  // by how much A x passes the bound that it passes most, in the rows' unit
+};
+
+/// Solves a sequence of problems, each from the working set of the one before; one object a thread.
+class Solver {
+ public:
+  /// Solves one problem.  [Largilliere 2015, eqs. 5-6; the method: dual_iteration.h]
+  /// @param problem  prepared; n variables, 1..kMaxVariables
+  /// @param g        n, objective unit / x unit
+  /// @param bounds   n each; see Bounds
+  /// @param hold     n, the last command, in x's unit: the fallback; may be the x of the last Solution
+  /// @param iteration_cap  largest number of iterations, of all stages together. From the working set of
+  ///     a cycle ago one to five is usual, from nothing about 2n; 10n nearly always suffices, and 16n
+  ///     where rows conflict
+  /// @return  valid until the next call. Whatever the arguments, x is finite, and lower ≤ x ≤ upper holds
+  ///     exactly unless these bounds contradict each other. By status:
+  ///   - kOptimal: each row is met to 1e-9 of (Σ_j |A_kj x_j| + |its bound|), or to 1e-7 where H is so
+  ///     nearly singular that rounding forbids more; stationary to 1e-8 in the metric of H⁻¹
+  ///   - kSoftened: Σ_k v_k² / A_kk over the rows' violations v is least (weighed by energy: v² / A_kk is
+  ///     twice the work to push actuator k alone by v); x is optimal for the rows relaxed by v
+  ///   - kCapped: no row is violated more than at the clipped `hold`, up to rounding; where that met the
+  ///     rows, the objective is not higher than there
+  ///   - kIllPosed: x is `hold`, clipped; entries of it that are not finite count as 0
+  /// Real-time: allocates nothing, takes no lock. At most iteration_cap iterations. With n variables and
+  /// k ≤ 2n constraints in the working set, one takes at most k² + 2nk multiplications to move multipliers
+  /// and values, and k² to update the factor or 7n² + nk to check and correct a candidate; each of the two
+  /// stages takes 2n² + k³/6 before its first. The same calls give the same bits.
+  const Solution& solve(const Problem& problem, const Vector& g, const Bounds& bounds, const Vector& hold,
+                        int iteration_cap) noexcept;
+
+  /// Multiplier of a constraint at the last solve that ended kOptimal or kSoftened: with c_k the rows of
+  /// C = [I; A], H x + g + Σ_k multiplier(k) c_k = 0. Positive at an upper bound, negative at a lower
+  /// one, else zero.
+  /// @param problem  that of the last solve
+  /// @param k        0..2n-1, as in Metric
+  /// @return         objective unit / unit of the constraint
+  /// Real-time: bounded, 2n comparisons.
+  double multiplier(const Problem& problem, int k) const noexcept;
+
+  /// Forgets the working set, as if no problem had been solved yet.
+  /// Real-time: wait-free.
+  void reset() noexcept;
+
+ private:
+  bool find_least_violation(const Problem& problem, const Bounds& bounds, int cap,
+                            DualIteration::Outcome& outcome);
+  const Solution& finish(const Problem& problem, const Bounds& bounds, const Vector& hold, const Values& z,
+                         Status status);
+  const Solution& retreat(const Problem& problem, const Bounds& bounds, const Vector& hold);
+  const Solution& refuse(const Problem& problem, const Bounds& bounds, const Vector& hold);
+
+  DualIteration optimum_, least_;
+  Solution solution_;
+};
+
+}  // namespace tendril::qp

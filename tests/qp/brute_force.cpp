@@ -1,0 +1,98 @@
+#include "brute_force.h"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <vector>
+
+namespace tendril::qp {
+namespace {
+
+constexpr double kTolerance = 1e-8;
+
+/// The problem with variables and rows scaled to about one, and the search over its active sets.
+class Enumeration {
+ public:
+  explicit Enumeration(const Qp& qp) : n_(static_cast<int>(qp.g.size())), scale_(n_) {
+    for (int j = 0; j < n_; ++j) scale_[j] = 1 / std::sqrt(qp.H(j, j));
+    H_ = scale_.asDiagonal() * qp.H * scale_.asDiagonal();
+    g_ = scale_.asDiagonal() * qp.g;
+    C_.resize(2 * n_, n_);
+    C_.topRows(n_).setIdentity();
+    C_.bottomRows(n_) = qp.A * scale_.asDiagonal();
+    lower_.resize(2 * n_);
+    upper_.resize(2 * n_);
+    lower_ << qp.bounds.lower.cwiseQuotient(scale_), qp.bounds.row_lower;
+    upper_ << qp.bounds.upper.cwiseQuotient(scale_), qp.bounds.row_upper;
+    for (int k = n_; k < 2 * n_; ++k) {
+      const double norm = C_.row(k).norm();
+      C_.row(k) /= norm;
+      lower_[k] /= norm;
+      upper_[k] /= norm;
+    }
+  }
+
+  std::optional<Vector> run() {
+    for (int count = 0; count <= n_; ++count)
+      if (extend(0, count)) return scale_.asDiagonal() * x_;
+    return std::nullopt;
+  }
+
+ private:
+  struct Active {
+    int k, side;  // -1 lower, 1 upper, 0 both
+    double bound;
+  };
+
+  bool extend(int from, int count) {
+    if (count == 0) return optimal();
+    for (int k = from; k + count <= 2 * n_; ++k) {
+      for (const int side : {-1, 1}) {
+        const double bound = side < 0 ? lower_[k] : upper_[k];
+        const bool equality = lower_[k] == upper_[k];
+        if (std::isinf(bound) || (equality && side > 0)) continue;
+        active_.push_back({k, equality ? 0 : side, bound});
+        if (extend(k + 1, count - 1)) return true;
+        active_.pop_back();
+      }
+    }
+    return false;
+  }
+
+  bool optimal() {
+    const int m = static_cast<int>(active_.size());
+    Eigen::MatrixXd kkt = Eigen::MatrixXd::Zero(n_ + m, n_ + m);
+    Eigen::VectorXd rhs(n_ + m);
+    kkt.topLeftCorner(n_, n_) = H_;
+    rhs.head(n_) = -g_;
+    for (int i = 0; i < m; ++i) {
+      kkt.row(n_ + i).head(n_) = C_.row(active_[i].k);
+      kkt.col(n_ + i).head(n_) = C_.row(active_[i].k).transpose();
+      rhs[n_ + i] = active_[i].bound;
+    }
+    Eigen::FullPivLU<Eigen::MatrixXd> lu(kkt);
+    lu.setThreshold(1e-10);
+    if (!lu.isInvertible()) return false;
+    const Eigen::VectorXd solution = lu.solve(rhs);
+    x_ = solution.head(n_);
+    for (int i = 0; i < m; ++i)
+      if (active_[i].side * solution[n_ + i] < -kTolerance * (1 + g_.norm())) return false;
+    const Eigen::VectorXd value = C_ * x_;
+    for (int k = 0; k < 2 * n_; ++k) {
+      const double tolerance = kTolerance * (1 + x_.norm());
+      if (value[k] < lower_[k] - tolerance || value[k] > upper_[k] + tolerance) return false;
+    }
+    return true;
+  }
+
+  int n_;
+  Vector scale_, x_;
+  Eigen::MatrixXd H_, C_;
+  Eigen::VectorXd g_, lower_, upper_;
+  std::vector<Active> active_;
+};
+
+}  // namespace
+
+std::optional<Vector> solve_by_brute_force(const Qp& qp) { return Enumeration(qp).run(); }
+
+}  // namespace tendril::qp

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <optional>
+
+#include "random_problem.h"
+
+namespace tendril::qp {
+
+/// A solution found by trying the active sets one after the other, smallest first, until one fulfils the
+/// Karush-Kuhn-Tucker conditions; as the problem is convex it is then solved. The work grows as 9ⁿ.
+/// @return  empty where no active set does: the problem is infeasible
+std::optional<Vector> solve_by_brute_force(const Qp& qp);
+
+}  // namespace tendril::qp
