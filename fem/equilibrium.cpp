@@ -1,0 +1,88 @@
+#include "fem/equilibrium.h"
+
+namespace tendril::fem {
+namespace {
+
+// Longest Newton step as a share of the body's diagonal: large enough not to slow a converging iteration,
+// small enough that elements do not turn inside out on the way.
+constexpr double kLongestMove = 0.05;
+// How often a step that turned an element inside out is halved.
+constexpr int kHalvings = 8;
+
+double body_diagonal(const Mesh& mesh) {
+  return (mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff()).norm();
+}
+
+}  // namespace
+
+Equilibrium::Equilibrium(const Model& model, const Constraints& constraints)
+    : model_(model),
+      constraints_(constraints),
+      K_(model.make_stiffness(constraints.cliques())),
+      scatter_(model.scatter(K_)),
+      factor_(K_),
+      longest_move_(kLongestMove * body_diagonal(model.mesh())),
+      x_(model.rest()),
+      before_(x_) {}
+
+Pose Equilibrium::linearise(const Eigen::VectorXd& lambda) {
+  Pose pose = linearise_here(lambda);
+  for (int k = 0; pose == Pose::kDiverged && k < kHalvings; ++k) {
+    x_ = 0.5 * (x_ + before_);
+    pose = linearise_here(lambda);
+  }
+  return pose;
+}
+
+Pose Equilibrium::linearise_here(const Eigen::VectorXd& lambda) {
+  for (const Tangent tangent : {Tangent::kExact, Tangent::kFrozenRotation}) {
+    const int inverted = model_.assemble(x_, tangent, scatter_, r_, K_);
+    if (inverted > 0 || !r_.allFinite()) return Pose::kDiverged;
+    r_ += model_.external_forces();
+    const Eigen::VectorXd stiffening = tangent == Tangent::kExact ? lambda : lambda.cwiseMax(0.0);
+    constraints_.add_cable_stiffness(x_, stiffening, K_);
+    if (!factor_.factorize(K_)) continue;
+    tangent_ = tangent;
+    solve_responses(constraints_, x_, factor_, r_, responses_);
+    compute_compliance(constraints_, x_, responses_, compliance_);
+    return Pose::kUsable;
+  }
+  return Pose::kNotPositiveDefinite;
+}
+
+double Equilibrium::advance(const Eigen::VectorXd& lambda) {
+  const auto m = constraints_.actuators();
+  const Eigen::VectorXd dx = responses_.moves.leftCols(m) * lambda + responses_.moves.col(m);
+  before_ = x_;
+  const double asked = dx.reshaped(3, model_.free_nodes()).colwise().norm().maxCoeff();
+  x_ += asked > longest_move_ ? (longest_move_ / asked) * dx : dx;
+  return asked;
+}
+
+Settled Equilibrium::settle_under_efforts(const Eigen::VectorXd& lambda, double tolerance, int iterations) {
+  const Eigen::VectorXd start = x_;
+  Settled result{false, 0, 0, lambda};
+  while (!result.converged && result.iterations++ < iterations) {
+    if (linearise(lambda) != Pose::kUsable) break;
+    result.last_move = advance(lambda);
+    result.converged = result.last_move <= tolerance && stable();
+  }
+  if (!result.converged) set_x(start);
+  return result;
+}
+
+Settled Equilibrium::settle_at_lengths(const Eigen::VectorXd& delta_a, Sign sign, double tolerance,
+                                       int iterations) {
+  const Eigen::VectorXd start = x_;
+  Settled result{false, 0, 0, Eigen::VectorXd::Zero(constraints_.actuators())};
+  while (!result.converged && result.iterations++ < iterations) {
+    if (linearise(result.lambda) != Pose::kUsable) break;
+    if (!solve_tensions(compliance_.W_aa, compliance_.delta_a_free, delta_a, sign, result.lambda)) break;
+    result.last_move = advance(result.lambda);
+    result.converged = result.last_move <= tolerance && stable();
+  }
+  if (!result.converged) set_x(start);
+  return result;
+}
+
+}  // namespace tendril::fem

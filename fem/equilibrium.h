@@ -1,0 +1,82 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "fem/cable_tension.h"
+#include "fem/compliance.h"
+#include "fem/constraints.h"
+#include "fem/factor.h"
+#include "fem/model.h"
+
+namespace tendril::fem {
+
+/// How a linearisation ended.
+enum class Pose {
+  kUsable,
+  kNotPositiveDefinite,  ///< K cannot be factored, not even with frozen rotations
+  kDiverged,             ///< positions are not finite, or elements are inside out
+};
+
+/// What an iteration toward equilibrium came to.
+struct Settled {
+  bool converged;  ///< at rest, and stable: the exact tangent is positive definite there
+  int iterations;
+  double last_move;        ///< largest displacement of a node in the last iteration, m
+  Eigen::VectorXd lambda;  ///< efforts at the end, N
+};
+
+/// The quasi-static body: a pose x that follows the efforts by Newton's method, one factorisation serving
+/// both the step and the compliance [Largilliere 2015, eqs. 1 to 4 and step 7 of the loop].
+///
+/// linearise() then advance() is one refresh of the model thread; the settle functions repeat it until x
+/// rests.
+class Equilibrium {
+ public:
+  /// Starts at rest. Keeps references to the model and the constraints.
+  Equilibrium(const Model& model, const Constraints& constraints);
+
+  const Eigen::VectorXd& x() const { return x_; }  ///< 3N, m
+  void set_x(const Eigen::VectorXd& x) { x_ = before_ = x; }
+
+  /// Assembles and factors K at x under the efforts λ (cables' own stiffness included) and computes the
+  /// compliance.  /// Uses the exact tangent; where that is not positive definite, as it may be away from
+  /// equilibrium, the one with frozen rotations and without the stiffness of cables that push. Where the last
+  /// step went too far, into a pose that is inside out, it is halved until it did not.
+  /// @param lambda  m, N
+  /// Real-time: no (time depends on the mesh).
+  Pose linearise(const Eigen::VectorXd& lambda);
+
+  /// Compliance at the last pose linearised.
+  const Compliance& compliance() const { return compliance_; }
+
+  /// x ← x + K⁻¹ (f + f_ext + J_aᵀ λ) with the factor of the last pose that linearise() called usable,
+  /// shortened where a node would move too far at once.
+  /// @return  the largest displacement of a node that Newton's step asked for, m
+  double advance(const Eigen::VectorXd& lambda);
+
+  /// Equilibrium under given efforts. Where it does not converge, x is what it was before.
+  /// @param tolerance  largest displacement of a node at which the iteration ends, m
+  Settled settle_under_efforts(const Eigen::VectorXd& lambda, double tolerance, int iterations = 100);
+
+  /// Equilibrium with cables of given shortenings δ_a (m entries, m). Where it does not converge, x is what
+  /// it was before.
+  Settled settle_at_lengths(const Eigen::VectorXd& delta_a, Sign sign, double tolerance,
+                            int iterations = 100);
+
+ private:
+  Pose linearise_here(const Eigen::VectorXd& lambda);
+  bool stable() const { return tangent_ == Tangent::kExact; }
+
+  const Model& model_;
+  const Constraints& constraints_;
+  StiffnessMatrix K_;
+  Model::Scatter scatter_;
+  Factor factor_;
+  double longest_move_;                // m: Newton's steps are cut to this
+  Tangent tangent_ = Tangent::kExact;  // the one that served last
+  Eigen::VectorXd x_, before_, r_;     // before_: x before the last step
+  Responses responses_;
+  Compliance compliance_;
+};
+
+}  // namespace tendril::fem

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace tendril::fem {
+
+/// What is wrong with a mesh or its file, where, and what to do about it.
+struct MeshError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// A tetrahedral mesh with named sets of nodes.
+struct Mesh {
+  Eigen::Matrix3Xd nodes;                           ///< 3 × N positions at rest, m
+  std::vector<std::array<int, 4>> tets;             ///< node indices from 0, positively oriented
+  std::map<std::string, std::vector<int>> regions;  ///< name → node indices, ascending
+
+  int node_count() const { return static_cast<int>(nodes.cols()); }
+  int tet_count() const { return static_cast<int>(tets.size()); }
+};
+
+/// Signed volume of a tetrahedron with the corners a, b, c, d (m); positive when d lies on the side of the
+/// right-handed normal of a, b, c.
+/// @return  m³
+double signed_volume(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+                     const Eigen::Vector3d& d);
+
+/// Refuses a mesh that no model can be built on: indices out of range, coordinates that are not finite,
+/// inverted or flat tetrahedra, nodes that no tetrahedron uses.
+/// @throws MeshError with the numbers (from 0) and places of the first few culprits
+/// Real-time: no.
+void check(const Mesh& mesh);
+
+/// Indices of the nodes inside the axis-aligned box [lower, upper] (m), borders included, ascending.
+/// Real-time: no (allocates).
+std::vector<int> nodes_in_box(const Mesh& mesh, const Eigen::Vector3d& lower, const Eigen::Vector3d& upper);
+
+}  // namespace tendril::fem

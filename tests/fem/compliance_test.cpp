@@ -1,0 +1,122 @@
+#include "fem/compliance.h"
+
+#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
+#include <catch2/catch.hpp>
+
+#include "fem/equilibrium.h"
+#include "tests/fem/bodies.h"
+
+namespace tendril::fem {
+namespace {
+
+using testing::Beam;
+
+TEST_CASE("Cable directions are the derivative of the shortening, effector rows that of the position",
+          "[law]") {
+  const Beam beam;
+  std::mt19937 random(51);
+  const Eigen::VectorXd x = beam.model.rest() + testing::random_vector(random, beam.model.unknowns(), 1e-3);
+  Eigen::MatrixXd J_aT(beam.model.unknowns(), 2);
+  beam.constraints.actuator_directions(x, J_aT);
+  for (int k = 0; k < 10; ++k) {
+    const Eigen::VectorXd d = testing::random_vector(random, beam.model.unknowns(), 1);
+    const double h = 1e-7;
+    const Eigen::VectorXd slope =
+        (beam.constraints.shortening(x + h * d) - beam.constraints.shortening(x - h * d)) / (2 * h);
+    CHECK((J_aT.transpose() * d - slope).norm() < 1e-7 * slope.norm());
+    const Eigen::VectorXd moved =
+        beam.constraints.effector_position(x + d) - beam.constraints.effector_position(x);
+    CHECK((beam.constraints.effector_displacement(d) - moved).norm() < 1e-12);
+  }
+}
+
+TEST_CASE("A cable's own stiffness is the derivative of its forces", "[law]") {
+  const Beam beam;
+  std::mt19937 random(52);
+  const Eigen::VectorXd x = beam.model.rest() + testing::random_vector(random, beam.model.unknowns(), 1e-3);
+  const Eigen::Vector2d lambda(2.0, 0.7);
+  StiffnessMatrix K = beam.model.make_stiffness(beam.constraints.cliques());
+  beam.constraints.add_cable_stiffness(x, lambda, K);
+  Eigen::MatrixXd plus(beam.model.unknowns(), 2), minus = plus;
+  for (int k = 0; k < 10; ++k) {
+    const Eigen::VectorXd d = testing::random_vector(random, beam.model.unknowns(), 1);
+    const double h = 1e-7;
+    beam.constraints.actuator_directions(x + h * d, plus);
+    beam.constraints.actuator_directions(x - h * d, minus);
+    const Eigen::VectorXd slope = -(plus - minus) * lambda / (2 * h);
+    CHECK((K.multiply(d) - slope).norm() < 1e-6 * slope.norm());
+  }
+}
+
+TEST_CASE("W_aa is symmetric and positive semidefinite", "[law]") {
+  const Beam beam;
+  Equilibrium body(beam.model, beam.constraints);
+  const Eigen::Vector2d lambda(1.0, 0.2);
+  REQUIRE(body.settle_under_efforts(lambda, 1e-10).converged);
+  REQUIRE(body.linearise(lambda) == Pose::kUsable);
+  const Eigen::MatrixXd& W = body.compliance().W_aa;
+  CHECK(W == W.transpose());
+  // J K⁻¹ Jᵀ with a dense inverse.
+  StiffnessMatrix K = beam.model.make_stiffness(beam.constraints.cliques());
+  Eigen::VectorXd f;
+  beam.model.assemble(body.x(), Tangent::kExact, beam.model.scatter(K), f, K);
+  beam.constraints.add_cable_stiffness(body.x(), lambda, K);
+  Eigen::MatrixXd J_aT(beam.model.unknowns(), 2);
+  beam.constraints.actuator_directions(body.x(), J_aT);
+  const Eigen::MatrixXd dense = J_aT.transpose() * K.dense().ldlt().solve(J_aT);
+  CHECK((W - dense).norm() < 1e-9 * dense.norm());
+  CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(W).eigenvalues()[0] > 0);
+}
+
+TEST_CASE("W is what equilibrium found anew under perturbed efforts shows", "[law]") {
+  const Beam beam;
+  const Eigen::Vector2d lambda(1.2, 0.3);
+  Equilibrium body(beam.model, beam.constraints);
+  REQUIRE(body.settle_under_efforts(lambda, 1e-12).converged);
+  REQUIRE(body.linearise(lambda) == Pose::kUsable);
+  const Compliance W = body.compliance();
+  const double h = 1e-4;  // N
+  for (int a = 0; a < 2; ++a) {
+    Eigen::VectorXd p[2], delta[2];
+    for (int side = 0; side < 2; ++side) {
+      Equilibrium other(beam.model, beam.constraints);
+      other.set_x(body.x());
+      REQUIRE(
+          other.settle_under_efforts(lambda + (side ? h : -h) * Eigen::Vector2d::Unit(a), 1e-13).converged);
+      p[side] = beam.constraints.effector_position(other.x());
+      delta[side] = beam.constraints.shortening(other.x());
+    }
+    const Eigen::VectorXd column_ea = (p[1] - p[0]) / (2 * h), column_aa = (delta[1] - delta[0]) / (2 * h);
+    CHECK((W.W_ea.col(a) - column_ea).norm() < 1e-5 * column_ea.norm());
+    CHECK((W.W_aa.col(a) - column_aa).norm() < 1e-5 * column_aa.norm());
+  }
+}
+
+TEST_CASE("At equilibrium the linear law returns the present position and shortening", "[law]") {
+  const Beam beam;
+  const Eigen::Vector2d lambda(1.2, 0.3);
+  Equilibrium body(beam.model, beam.constraints);
+  REQUIRE(body.settle_under_efforts(lambda, 1e-12).converged);
+  REQUIRE(body.linearise(lambda) == Pose::kUsable);
+  const Compliance& c = body.compliance();
+  CHECK((c.W_ea * lambda + c.p_e_free - beam.constraints.effector_position(body.x())).norm() < 1e-10);
+  CHECK((c.W_aa * lambda + c.delta_a_free - beam.constraints.shortening(body.x())).norm() < 1e-10);
+}
+
+TEST_CASE("Cables and effectors that nothing can move are refused", "[unit]") {
+  const Beam beam;
+  const Attachment held = attach(beam.model.mesh(), {0, 0.004, 0.012}, 0);
+  const Attachment tip = attach(beam.model.mesh(), {Beam::kLength, 0.004, 0.012}, 0);
+  const Eigen::Vector3d guide(-0.02, 0, 0);
+  CHECK_THROWS_WITH(Constraints(beam.model, {Cable{{held, guide}}}, {}),
+                    Catch::Contains("cable 0 is attached to fixed nodes only"));
+  CHECK_THROWS_WITH(Constraints(beam.model, {}, {Effector{held}}),
+                    Catch::Contains("effector 0 is attached to fixed nodes only"));
+  CHECK_THROWS_WITH(Constraints(beam.model, {Cable{{tip}}}, {}), Catch::Contains("has 1 points"));
+  CHECK_THROWS_WITH(Constraints(beam.model, {Cable{{tip, guide, guide}}}, {}),
+                    Catch::Contains("points 1 and 2 of cable 0 coincide"));
+}
+
+}  // namespace
+}  // namespace tendril::fem
