@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "hal/frame.h"
+
+namespace tendril::hal {
+
+enum class SendResult : uint8_t {
+  kSent,       // handed to the bus
+  kQueueFull,  // dropped and counted: the bus is slower than its users
+  kDown        // dropped: there is no bus at present
+};
+
+/// Fault confinement of ISO 11898-1, plus "the interface or the host is gone".
+enum class BusHealth : uint8_t { kActive, kPassive, kOff, kDown };
+
+/// "error-active", "error-passive", "bus-off" or "down". Real-time: yes.
+const char* to_text(BusHealth health) noexcept;
+
+/// A bus that cannot be opened; what() is one sentence that says where, why and what to do.
+struct BusError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// One node's access to a CAN bus. A node does not receive its own frames.
+///
+/// All functions but `describe` are for one thread: the one that owns the bus.
+class Bus {
+ public:
+  virtual ~Bus() = default;
+
+  /// Puts a frame on the bus without waiting.
+  /// Real-time: yes (at most one system call for each peer, never blocks, no allocation).
+  virtual SendResult send(const Frame& frame) noexcept = 0;
+
+  /// Takes the oldest frame that has arrived. @return false where there is none
+  /// Real-time: yes (never blocks, no allocation). Callers bound how many they take in a cycle.
+  virtual bool receive(Frame& frame) noexcept = 0;
+
+  /// State of the bus as far as the calls of `send` and `receive` have shown it: a caller that makes neither
+  /// learns nothing new.
+  /// Real-time: yes.
+  virtual BusHealth health() const noexcept = 0;
+
+  /// Frames lost in full queues on this side, sent and received, since the bus was opened.
+  /// Real-time: yes.
+  virtual uint64_t dropped() const noexcept = 0;
+
+  /// A file descriptor that poll(2) reports readable when `receive` has work; -1 where there is none.
+  /// Real-time: yes.
+  virtual int descriptor() const noexcept { return -1; }
+
+  /// What this is, for people: "CAN interface can0". Real-time: no (allocates).
+  virtual std::string describe() const = 0;
+
+ protected:
+  Bus() = default;
+  Bus(const Bus&) = delete;
+  Bus& operator=(const Bus&) = delete;
+};
+
+/// On a local socket the host listens and the others join it; on CAN all nodes are alike.
+enum class BusRole : uint8_t { kJoin, kHost };
+
+/// How long a joiner of a local bus waits for its host unless told otherwise.
+inline constexpr int64_t kJoinWait_ns = 5'000'000'000;
+
+/// Opens the bus of that name.
+/// @param name     "local:PATH" for a bus on a UNIX socket, anything else is a CAN interface ("can0")
+/// @param role     who listens on a local bus; no difference on CAN
+/// @param wait_ns  how long a joiner retries while nobody listens at PATH
+/// @throws BusError where it cannot be opened
+/// Real-time: no (allocates, may sleep).
+std::unique_ptr<Bus> open_bus(const std::string& name, BusRole role, int64_t wait_ns = kJoinWait_ns);
+
+}  // namespace tendril::hal

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <unistd.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "hal/bus.h"
+
+/// What open_bus chooses from. Private to hal.
+namespace tendril::hal {
+
+/// Opens a CAN interface that is up. @throws BusError. Real-time: no.
+std::unique_ptr<Bus> open_socketcan(const std::string& interface);
+
+/// Listens at a path of the file system. @throws BusError. Real-time: no.
+std::unique_ptr<Bus> host_local_bus(const std::string& path);
+
+/// Connects to the host that listens at a path, for up to `wait_ns`. @throws BusError. Real-time: no.
+std::unique_ptr<Bus> join_local_bus(const std::string& path, int64_t wait_ns);
+
+/// A file descriptor with an owner.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd = -1) noexcept : fd_(fd) {}
+  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(fd_, other.fd_);
+    return *this;
+  }
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  int get() const noexcept { return fd_; }
+
+ private:
+  int fd_;
+};
+
+}  // namespace tendril::hal

@@ -1,0 +1,239 @@
+#include "hal/cia402_axis.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tendril::hal {
+namespace {
+
+// NMT start is repeated: it is the one order of start-up that no answer confirms at once.
+constexpr int64_t kNmtRepeat_ns = 100'000'000;
+
+// How long the fault-reset bit keeps each level: drives sample it in a slow loop.
+constexpr int64_t kResetHold_ns = 10'000'000;
+
+bool at_rest(DriveState state) noexcept {
+  return state == DriveState::kSwitchOnDisabled || state == DriveState::kFault;
+}
+
+bool in_fault(DriveState state) noexcept {
+  return state == DriveState::kFault || state == DriveState::kFaultReaction;
+}
+
+}  // namespace
+
+Cia402Axis::Cia402Axis(const AxisConfig& axis, const MasterConfig& config)
+    : config_(config),
+      node_(axis.node),
+      rpdo_id_(axis.rpdo_cob_id()),
+      tpdo_id_(axis.tpdo_cob_id()),
+      scale_(axis.scale),
+      setup_steps_(setup_steps(axis, config)),
+      release_steps_(release_steps()),
+      sdo_(axis.node, config.sdo_timeout_ns, config.sdo_attempts) {}
+
+void Cia402Axis::receive(const Frame& frame, int64_t now_ns) noexcept {
+  if (const auto feedback = decode_drive_feedback(tpdo_id_, frame)) {
+    if (synchronous()) on_feedback(*feedback, now_ns);
+  } else if (const auto state = decode_heartbeat(frame, node_)) {
+    on_heartbeat(*state, now_ns);
+  } else if (const auto emergency = decode_emergency(frame, node_)) {
+    on_emergency(*emergency);
+  } else if (const auto answer = decode_sdo_answer(frame, node_)) {
+    sdo_.receive(*answer);
+  }
+}
+
+void Cia402Axis::on_heartbeat(NmtState state, int64_t now_ns) noexcept {
+  nmt_ = state;
+  heartbeat_ns_ = now_ns;
+  switch (stage_) {
+    case Stage::kBooting:
+    case Stage::kConfiguring:
+    case Stage::kStarting:
+      if (state == NmtState::kBootUp) configure();  // whatever it had been told, it has forgotten
+      if (stage_ == Stage::kStarting && state == NmtState::kOperational) {
+        stage_ = Stage::kRunning;
+        stage_since_ns_ = now_ns;
+      }
+      break;
+    case Stage::kRunning:
+      if (state != NmtState::kOperational) fail(FaultKind::kDriveRestarted, static_cast<uint32_t>(state));
+      break;
+    default:
+      break;
+  }
+}
+
+void Cia402Axis::on_emergency(const Emergency& emergency) noexcept {
+  emergency_ = emergency.code;
+  if (emergency.code == 0) return;
+  if (fault_.kind == FaultKind::kDriveFault && fault_.code == 0) fault_.code = emergency.code;
+  if (stage_ == Stage::kRunning && phase_ != Phase::kOff) fail(FaultKind::kDriveFault, emergency.code);
+}
+
+void Cia402Axis::on_feedback(const DriveFeedback& feedback, int64_t now_ns) noexcept {
+  statusword_ = feedback.statusword;
+  state_ = decode_statusword(feedback.statusword);
+  position_ = feedback.position;
+  position_stamp_ns_ = now_ns;
+  if (!in_fault(state_)) clearing_fault_ = false;
+  if (phase_ == Phase::kOff || clearing_fault_) return;
+  if (in_fault(state_))
+    fail(FaultKind::kDriveFault, emergency_);
+  else if (phase_ == Phase::kOn && state_ != DriveState::kEnabled)
+    fail(FaultKind::kDriveDisabled, statusword_);
+  else if (state_ == DriveState::kEnabled)
+    phase_ = Phase::kOn;
+}
+
+void Cia402Axis::supervise(int64_t now_ns) noexcept {
+  if (!synchronous() || fault_.kind != FaultKind::kNone) return;
+  if (now_ns - heartbeat_ns_ > config_.heartbeat_timeout_ns) return fail(FaultKind::kHeartbeatLost, 0);
+  if (stage_ == Stage::kStarting) {
+    if (now_ns - stage_since_ns_ > config_.start_timeout_ns)
+      fail(FaultKind::kStartTimeout, static_cast<uint32_t>(nmt_));
+    return;
+  }
+  if (now_ns - std::max(stage_since_ns_, position_stamp_ns_) > config_.feedback_timeout_ns)
+    return fail(FaultKind::kFeedbackLost, 0);
+  if (phase_ == Phase::kEnabling && now_ns - enabling_since_ns_ > config_.enable_timeout_ns) {
+    if (in_fault(state_))
+      fail(FaultKind::kDriveFault, emergency_);
+    else
+      fail(FaultKind::kEnableTimeout, statusword_);
+  }
+}
+
+void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
+  switch (stage_) {
+    case Stage::kReset:
+      out.push(encode_nmt({NmtCommand::kResetCommunication, node_}));
+      stage_ = Stage::kBooting;
+      stage_since_ns_ = now_ns;
+      break;
+    case Stage::kBooting:
+      if (now_ns - stage_since_ns_ > config_.boot_timeout_ns) configure();
+      break;
+    case Stage::kConfiguring:
+      switch (sdo_.advance(now_ns, out)) {
+        case SdoSequence::Status::kRunning:
+          break;
+        case SdoSequence::Status::kDone:
+          stage_ = Stage::kStarting;
+          stage_since_ns_ = heartbeat_ns_ = now_ns;
+          last_nmt_start_ns_ = now_ns - kNmtRepeat_ns;
+          break;
+        case SdoSequence::Status::kFailed:
+          fail(FaultKind::kConfiguration, sdo_.failure());
+          break;
+      }
+      break;
+    case Stage::kReleasing:
+      if (sdo_.advance(now_ns, out) != SdoSequence::Status::kRunning) stage_ = Stage::kFinished;
+      break;
+    default:
+      break;
+  }
+  if (stage_ == Stage::kStarting && now_ns - last_nmt_start_ns_ >= kNmtRepeat_ns) {
+    out.push(encode_nmt({NmtCommand::kStart, node_}));
+    last_nmt_start_ns_ = now_ns;
+  }
+}
+
+void Cia402Axis::drive(bool enable, bool may_begin, bool all_enabled, double metres, int64_t now_ns,
+                       FrameBatch& out) noexcept {
+  if (stage_ != Stage::kRunning || position_stamp_ns_ == 0) return;
+  const bool sound = fault_.kind == FaultKind::kNone;
+  if (!enable || !sound) phase_ = Phase::kOff;
+  if (enable && sound && phase_ == Phase::kOff && may_begin && at_rest(state_)) {
+    phase_ = Phase::kEnabling;
+    enabling_since_ns_ = now_ns;
+    clearing_fault_ = state_ == DriveState::kFault;
+  }
+  if (phase_ == Phase::kEnabling)
+    controlword_ = enabling_word(now_ns);
+  else if (phase_ == Phase::kOn)
+    controlword_ = kEnableOperation;
+  else
+    controlword_ = sound ? next_controlword(state_, DriveState::kSwitchOnDisabled) : kDisableVoltage;
+
+  following_ = phase_ == Phase::kOn && (following_ || all_enabled);
+  if (following_ && std::isfinite(metres)) target_ = scale_.to_counts(metres);
+  if (state_ != DriveState::kEnabled) target_ = position_;  // 607A := 6064, so that enabling is no jump
+  out.push(encode_drive_command(rpdo_id_, {controlword_, target_}));
+}
+
+/// The next step to "operation enabled"; out of a fault by a slow square wave on the reset bit.
+uint16_t Cia402Axis::enabling_word(int64_t now_ns) noexcept {
+  if (!clearing_fault_) return next_controlword(state_, DriveState::kEnabled);
+  if (now_ns - reset_edge_ns_ < kResetHold_ns) return controlword_;
+  reset_edge_ns_ = now_ns;
+  return controlword_ & kFaultReset ? kDisableVoltage : kFaultReset;
+}
+
+void Cia402Axis::restart() noexcept {
+  stage_ = Stage::kReset;
+  phase_ = Phase::kOff;
+  following_ = false;
+  state_ = DriveState::kUnknown;
+  position_stamp_ns_ = 0;
+  emergency_ = 0;
+  fault_ = {};
+}
+
+void Cia402Axis::release(FrameBatch& out) noexcept {
+  switch (stage_) {
+    case Stage::kStarting:
+    case Stage::kRunning:
+      out.push(encode_nmt({NmtCommand::kPreOperational, node_}));
+      sdo_.start(release_steps_);
+      stage_ = Stage::kReleasing;
+      break;
+    case Stage::kReleasing:
+    case Stage::kFinished:
+      break;
+    default:
+      stage_ = Stage::kFinished;
+      break;
+  }
+}
+
+bool Cia402Axis::setting_up() const noexcept {
+  return stage_ == Stage::kReset || stage_ == Stage::kConfiguring || stage_ == Stage::kReleasing;
+}
+
+bool Cia402Axis::known(int64_t now_ns) const noexcept {
+  return stage_ == Stage::kRunning && position_stamp_ns_ != 0 &&
+         now_ns - position_stamp_ns_ <= config_.feedback_timeout_ns;
+}
+
+bool Cia402Axis::disabled() const noexcept {
+  if (stage_ != Stage::kRunning) return true;
+  // A drive we cannot hear has its own watch on us; nobody can wait for its statusword.
+  if (fault_.kind == FaultKind::kHeartbeatLost || fault_.kind == FaultKind::kFeedbackLost ||
+      fault_.kind == FaultKind::kDriveRestarted)
+    return true;
+  return state_ == DriveState::kSwitchOnDisabled || state_ == DriveState::kFault ||
+         state_ == DriveState::kNotReady || state_ == DriveState::kUnknown;
+}
+
+double Cia402Axis::position() const noexcept { return scale_.to_metres(position_); }
+
+void Cia402Axis::configure() noexcept {
+  stage_ = Stage::kConfiguring;
+  sdo_.start(setup_steps_);
+}
+
+void Cia402Axis::fail(FaultKind kind, uint32_t code) noexcept {
+  if (fault_.kind != FaultKind::kNone) return;
+  fault_ = {.kind = kind, .code = code};
+  phase_ = Phase::kOff;
+  if (kind == FaultKind::kConfiguration) {
+    const ObjectAddress object = sdo_.object();
+    fault_.object = static_cast<uint32_t>(object.index) << 8 | object.sub;
+  }
+  if (kind == FaultKind::kConfiguration || kind == FaultKind::kStartTimeout) stage_ = Stage::kFailed;
+}
+
+}  // namespace tendril::hal

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "hal/drives.h"
+#include "hal/master_config.h"
+
+namespace tendril::hal {
+
+/// The master's view of one drive: its start-up, its power states and its supervision. Part of Cia402Master.
+///
+/// Stages: reset communication, wait for boot-up, configure over SDO, start, run; at the end release. Within
+/// the running stage a phase says what we want of the power stage and how far the drive has followed.
+/// Real-time: every function but the constructor (bounded, no allocation).
+class Cia402Axis {
+ public:
+  /// @param config  outlives the axis
+  /// Real-time: no (allocates).
+  Cia402Axis(const AxisConfig& axis, const MasterConfig& config);
+
+  /// Takes in a frame if it is one of this drive's.
+  void receive(const Frame& frame, int64_t now_ns) noexcept;
+
+  /// Judges the time-outs.
+  void supervise(int64_t now_ns) noexcept;
+
+  /// Appends the frames of start-up or release: at most one of SDO and one of NMT.
+  void set_up(int64_t now_ns, FrameBatch& out) noexcept;
+
+  /// Appends the RPDO of this cycle, if the drive runs.
+  /// @param enable       whether it shall be in "operation enabled"
+  /// @param may_begin    whether a drive at rest may begin to be enabled now
+  /// @param all_enabled  whether every drive is, so that targets are followed
+  /// @param metres       target, m
+  void drive(bool enable, bool may_begin, bool all_enabled, double metres, int64_t now_ns,
+             FrameBatch& out) noexcept;
+
+  /// Starts afresh from the communication reset, whatever the axis did.
+  void restart() noexcept;
+
+  /// Takes the drive, which is disabled, out of operation and ends its watch on us.
+  void release(FrameBatch& out) noexcept;
+
+  /// Whether set_up has more than a time-out to do, so that its turn matters.
+  bool setting_up() const noexcept;
+
+  /// Whether the drive wants SYNC.
+  bool synchronous() const noexcept { return stage_ == Stage::kStarting || stage_ == Stage::kRunning; }
+
+  /// Whether `release` is through, or was not needed.
+  bool finished() const noexcept { return stage_ == Stage::kFinished; }
+
+  /// Whether the position is younger than the feedback timeout.
+  bool known(int64_t now_ns) const noexcept;
+
+  /// Whether the drive was brought to "operation enabled" and is there.
+  bool enabled() const noexcept { return phase_ == Phase::kOn; }
+
+  /// Whether nothing is known that says the drive holds torque.
+  bool disabled() const noexcept;
+
+  /// Last known position, m; 0 before the first.
+  double position() const noexcept;
+
+  /// When it arrived; 0 since the start or restart of the axis.
+  int64_t position_stamp_ns() const noexcept { return position_stamp_ns_; }
+
+  /// The fault that took the axis out of operation, until restart.
+  const DriveFault& fault() const noexcept { return fault_; }
+
+ private:
+  enum class Stage : uint8_t {
+    kReset,
+    kBooting,
+    kConfiguring,
+    kStarting,
+    kRunning,
+    kReleasing,
+    kFinished,
+    kFailed
+  };
+  enum class Phase : uint8_t { kOff, kEnabling, kOn };
+
+  void on_heartbeat(NmtState state, int64_t now_ns) noexcept;
+  void on_emergency(const Emergency& emergency) noexcept;
+  void on_feedback(const DriveFeedback& feedback, int64_t now_ns) noexcept;
+  void configure() noexcept;
+  uint16_t enabling_word(int64_t now_ns) noexcept;
+  void fail(FaultKind kind, uint32_t code) noexcept;
+
+  const MasterConfig& config_;
+  int node_;
+  uint32_t rpdo_id_, tpdo_id_;
+  AxisScale scale_;
+  std::vector<SdoStep> setup_steps_, release_steps_;
+  SdoSequence sdo_;
+
+  Stage stage_ = Stage::kReset;
+  int64_t stage_since_ns_ = 0;
+  int64_t last_nmt_start_ns_ = 0;
+  NmtState nmt_ = NmtState::kBootUp;
+  int64_t heartbeat_ns_ = 0;  // arrival of the last one
+
+  Phase phase_ = Phase::kOff;
+  int64_t enabling_since_ns_ = 0;
+  bool clearing_fault_ = false;  // the drive was in fault when enabling began
+  int64_t reset_edge_ns_ = 0;
+  bool following_ = false;  // targets of the controller rather than the position at enabling
+
+  DriveState state_ = DriveState::kUnknown;
+  uint16_t statusword_ = 0, controlword_ = 0;
+  int32_t position_ = 0, target_ = 0;  // counts
+  int64_t position_stamp_ns_ = 0;      // 0: position unknown
+  uint16_t emergency_ = 0;             // last error code
+  DriveFault fault_;
+};
+
+}  // namespace tendril::hal

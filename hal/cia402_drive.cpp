@@ -1,0 +1,320 @@
+#include "hal/cia402_drive.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "hal/little_endian.h"
+
+namespace tendril::hal {
+namespace {
+
+using Slot = DriveObjects::Slot;
+
+// Object, subindex and bits of what can be mapped.
+constexpr uint32_t kMapControlword = 0x6040'0010, kMapTarget = 0x607A'0020;
+constexpr uint32_t kMapStatusword = 0x6041'0010, kMapPosition = 0x6064'0020;
+
+constexpr int64_t kMillisecond_ns = 1'000'000;
+constexpr uint16_t kMasterLost = 0x8130, kPdoTooShort = 0x8210, kCommunication = 0x8100, kStrayed = 0x8611;
+constexpr int kSynchronousTypes = 240;  // transmission types up to this wait for SYNC
+
+constexpr int mapped_bytes(uint32_t mapping) noexcept { return static_cast<int>(mapping & 0xFF) / 8; }
+
+constexpr uint32_t code(SdoAbort abort) noexcept { return static_cast<uint32_t>(abort); }
+
+/// Error register (1001) bits for an EMCY code: generic, and communication or the profile's own.
+constexpr uint8_t error_register(uint16_t emergency) noexcept {
+  if (emergency == 0) return 0;
+  const int group = emergency >> 12;
+  return static_cast<uint8_t>(emergency >> 8 == 0x81 ? 0x11
+                                                     : 0x01 | (group == 2 ? 0x02 : 0) |
+                                                           (group == 3 ? 0x04 : 0) | (group == 4 ? 0x08 : 0));
+}
+
+}  // namespace
+
+Cia402Drive::Cia402Drive(const DriveSpec& spec) noexcept
+    : node_(spec.node),
+      top_speed_(spec.top_speed),
+      objects_(spec.node),
+      position_(spec.position_counts),
+      goal_(spec.position_counts) {}
+
+void Cia402Drive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept {
+  advance(now_ns, out);
+  if (const auto request = decode_nmt(frame)) {
+    if (request->node == 0 || request->node == node_) obey_nmt(request->command);
+    return;
+  }
+  if (const auto request = decode_sdo_request(frame, node_)) {
+    if (nmt_ != NmtState::kStopped) serve_sdo(*request, out);
+    return;
+  }
+  const uint32_t consumer = objects_[DriveObjects::kConsumer];
+  if (consumer & 0xFFFF && decode_heartbeat(frame, static_cast<int>(consumer >> 16))) {
+    master_seen_ns_ = now_ns_;
+    return;
+  }
+  if (nmt_ != NmtState::kOperational || frame.extended) return;
+  if (frame.id == kSyncId) on_sync(out);
+  if (frame.id == objects_[DriveObjects::kRpdoId]) on_rpdo(frame, out);
+}
+
+void Cia402Drive::advance(int64_t now_ns, FrameBatch& out) noexcept {
+  if (!started_) now_ns_ = now_ns;
+  started_ = true;
+  move(now_ns);
+  if (nmt_ == NmtState::kBootUp) {
+    out.push(encode_heartbeat(node_, NmtState::kBootUp));
+    nmt_ = NmtState::kPreOperational;
+  }
+  // States that a drive leaves by itself [CiA 402-2, transitions 1 and 14].
+  if (state_ == DriveState::kNotReady) state_ = DriveState::kSwitchOnDisabled;
+  if (state_ == DriveState::kFaultReaction) state_ = DriveState::kFault;
+  if (injected_fault_ != 0) {
+    fail(injected_fault_, out);
+    injected_fault_ = 0;
+  }
+  watch_master(now_ns, out);
+  const int64_t period_ns = objects_[DriveObjects::kProducer] * kMillisecond_ns;
+  if (period_ns > 0 && now_ns >= next_heartbeat_ns_) {
+    out.push(encode_heartbeat(node_, nmt_));
+    next_heartbeat_ns_ = now_ns + period_ns;
+  }
+}
+
+void Cia402Drive::obey_nmt(NmtCommand command) noexcept {
+  switch (command) {
+    case NmtCommand::kStart:
+      nmt_ = NmtState::kOperational;
+      break;
+    case NmtCommand::kStop:
+      nmt_ = NmtState::kStopped;
+      break;
+    case NmtCommand::kPreOperational:
+      nmt_ = NmtState::kPreOperational;
+      break;
+    case NmtCommand::kResetNode:
+      objects_.restore_all();
+      state_ = DriveState::kNotReady;
+      [[fallthrough]];
+    case NmtCommand::kResetCommunication:
+      objects_.restore_communication();
+      nmt_ = NmtState::kBootUp;
+      master_seen_ns_ = -1;
+      break;
+  }
+  has_pending_rpdo_ = false;
+  syncs_since_tpdo_ = 0;
+  // No setpoints come outside NMT operational: a drive that was following them must stop, as with the
+  // connection lost [CiA 402-2, abort connection option 6007 = 1].
+  if (nmt_ != NmtState::kOperational && state_ == DriveState::kEnabled) injected_fault_ = kCommunication;
+}
+
+void Cia402Drive::serve_sdo(const SdoRequest& request, FrameBatch& out) noexcept {
+  switch (request.kind) {
+    case SdoRequest::Kind::kWrite:
+      out.push(encode_sdo_answer(node_, write(request, out)));
+      break;
+    case SdoRequest::Kind::kRead:
+      objects_.set(DriveObjects::kStatusword, statusword());
+      objects_.set(DriveObjects::kActualPosition, static_cast<uint32_t>(actual_counts()));
+      out.push(encode_sdo_answer(node_, objects_.read(request.object)));
+      break;
+    case SdoRequest::Kind::kAbort:
+      break;
+    case SdoRequest::Kind::kOther:
+      out.push(encode_sdo_answer(
+          node_, {SdoAnswer::Kind::kAbort, request.object, 0, code(SdoAbort::kUnknownCommand)}));
+      break;
+  }
+}
+
+SdoAnswer Cia402Drive::write(const SdoRequest& request, FrameBatch& out) noexcept {
+  auto [slot, abort] = objects_.check_write(request);
+  if (abort == 0) abort = refuse_pdo_setting(slot, request.value);
+  if (abort == 0 && slot == DriveObjects::kMode &&
+      static_cast<int8_t>(request.value) != kModeCyclicPosition && static_cast<int8_t>(request.value) != 0)
+    abort = code(SdoAbort::kBadValue);
+  if (abort != 0) return {SdoAnswer::Kind::kAbort, request.object, 0, abort};
+  objects_.set(slot, request.value);
+  if (slot == DriveObjects::kMode) objects_.set(DriveObjects::kModeDisplay, request.value);
+  if (slot == DriveObjects::kProducer) next_heartbeat_ns_ = now_ns_;
+  if (slot == DriveObjects::kConsumer) master_seen_ns_ = -1;
+  if (slot == DriveObjects::kControlword) apply_controlword(static_cast<uint16_t>(request.value), out);
+  return {SdoAnswer::Kind::kWritten, request.object, 0, 0};
+}
+
+/// The order in which PDOs are set up [CiA 301, object 1600]: switch off, empty the map, fill it, count,
+/// switch on.
+uint32_t Cia402Drive::refuse_pdo_setting(Slot slot, uint32_t value) const noexcept {
+  if (slot < DriveObjects::kRpdoId || slot > DriveObjects::kTpdoMap2) return 0;
+  if (nmt_ != NmtState::kPreOperational) return code(SdoAbort::kDeviceState);
+  const bool rpdo = slot < DriveObjects::kTpdoCount;
+  const bool on = !(objects_[rpdo ? DriveObjects::kRpdoId : DriveObjects::kTpdoId] & kPdoInvalid);
+  const uint32_t count = objects_[rpdo ? DriveObjects::kRpdoMapCount : DriveObjects::kTpdoMapCount];
+  const uint32_t first = objects_[rpdo ? DriveObjects::kRpdoMap1 : DriveObjects::kTpdoMap1];
+  const uint32_t second = objects_[rpdo ? DriveObjects::kRpdoMap2 : DriveObjects::kTpdoMap2];
+  switch (slot) {
+    case DriveObjects::kRpdoId:
+    case DriveObjects::kTpdoId: {
+      // A PDO that is on keeps its identifier; 29-bit identifiers are not spoken.
+      const uint32_t id = objects_[slot] & 0x7FF;
+      if ((value & 0x3FFF'F800) || (on && !(value & kPdoInvalid) && (value & 0x7FF) != id))
+        return code(SdoAbort::kBadValue);
+      return 0;
+    }
+    case DriveObjects::kRpdoMapCount:
+    case DriveObjects::kTpdoMapCount:
+      if (on) return code(SdoAbort::kUnsupportedAccess);
+      if ((value >= 1 && first == 0) || (value >= 2 && second == 0)) return code(SdoAbort::kNotMappable);
+      return 0;
+    case DriveObjects::kRpdoMap1:
+    case DriveObjects::kRpdoMap2:
+      if (on || count != 0) return code(SdoAbort::kUnsupportedAccess);
+      return value == kMapControlword || value == kMapTarget ? 0 : code(SdoAbort::kNotMappable);
+    case DriveObjects::kTpdoMap1:
+    case DriveObjects::kTpdoMap2:
+      if (on || count != 0) return code(SdoAbort::kUnsupportedAccess);
+      return value == kMapStatusword || value == kMapPosition ? 0 : code(SdoAbort::kNotMappable);
+    case DriveObjects::kRpdoType:
+      return value > kSynchronousTypes && value < 254 ? code(SdoAbort::kBadValue) : 0;
+    default:
+      return 0;
+  }
+}
+
+void Cia402Drive::on_rpdo(const Frame& frame, FrameBatch& out) noexcept {
+  int bytes = 0;
+  const auto count = static_cast<int>(objects_[DriveObjects::kRpdoMapCount]);
+  for (int i = 0; i < count; ++i)
+    bytes += mapped_bytes(objects_[static_cast<Slot>(DriveObjects::kRpdoMap1 + i)]);
+  if (frame.length < bytes) {  // not processed, reported, no reason to stop [CiA 301, 0x8210]
+    out.push(encode_emergency(node_, {.code = kPdoTooShort, .error_register = 0x11}));
+    return;
+  }
+  pending_rpdo_ = frame;
+  has_pending_rpdo_ = true;
+  if (objects_[DriveObjects::kRpdoType] > kSynchronousTypes) {
+    apply_rpdo(out);
+    latch_target();
+  }
+}
+
+void Cia402Drive::on_sync(FrameBatch& out) noexcept {
+  const uint32_t window = objects_[DriveObjects::kErrorWindow];
+  strayed_ = interpolates() && window != 0xFFFF'FFFF && std::abs(goal_ - position_) > window;
+  if (strayed_) fail(kStrayed, out);
+  apply_rpdo(out);
+  latch_target();
+  const bool tpdo_on = !(objects_[DriveObjects::kTpdoId] & kPdoInvalid);
+  if (tpdo_on && ++syncs_since_tpdo_ >= static_cast<int>(objects_[DriveObjects::kTpdoType])) send_tpdo(out);
+}
+
+void Cia402Drive::apply_rpdo(FrameBatch& out) noexcept {
+  if (!has_pending_rpdo_) return;
+  has_pending_rpdo_ = false;
+  uint16_t word = controlword_;
+  int at = 0;
+  const auto count = static_cast<int>(objects_[DriveObjects::kRpdoMapCount]);
+  for (int i = 0; i < count; ++i) {
+    const uint32_t mapping = objects_[static_cast<Slot>(DriveObjects::kRpdoMap1 + i)];
+    if (mapping == kMapControlword) word = get<uint16_t>(pending_rpdo_.data, at);
+    if (mapping == kMapTarget)
+      objects_.set(DriveObjects::kTargetPosition, get<uint32_t>(pending_rpdo_.data, at));
+    at += mapped_bytes(mapping);
+  }
+  apply_controlword(word, out);
+}
+
+void Cia402Drive::send_tpdo(FrameBatch& out) noexcept {
+  syncs_since_tpdo_ = 0;
+  Frame frame{.id = objects_[DriveObjects::kTpdoId] & 0x7FF};
+  const auto count = static_cast<int>(objects_[DriveObjects::kTpdoMapCount]);
+  for (int i = 0; i < count; ++i) {
+    const uint32_t mapping = objects_[static_cast<Slot>(DriveObjects::kTpdoMap1 + i)];
+    if (mapping == kMapStatusword)
+      put(frame.data, frame.length, statusword());
+    else
+      put(frame.data, frame.length, actual_counts());
+    frame.length = static_cast<uint8_t>(frame.length + mapped_bytes(mapping));
+  }
+  out.push(frame);
+}
+
+void Cia402Drive::apply_controlword(uint16_t word, FrameBatch& out) noexcept {
+  const DriveState before = state_;
+  state_ = transition(state_, word, controlword_);
+  controlword_ = word;
+  objects_.set(DriveObjects::kControlword, word);
+  if (before != DriveState::kEnabled) {  // stands still until the next SYNC brings a target
+    goal_ = position_;
+    speed_ = 0;
+  }
+  if (before == DriveState::kFault && state_ != DriveState::kFault) {
+    objects_.set(DriveObjects::kErrorRegister, 0);
+    out.push(encode_emergency(node_, {}));
+  }
+}
+
+void Cia402Drive::latch_target() noexcept {
+  if (!interpolates()) {
+    goal_ = position_;
+    return;
+  }
+  double target = objects_.signed_value(DriveObjects::kTargetPosition);
+  const int32_t min = objects_.signed_value(DriveObjects::kLimitMin);
+  const int32_t max = objects_.signed_value(DriveObjects::kLimitMax);
+  limited_ = min < max && (target < min || target > max);
+  if (limited_) target = std::clamp<double>(target, min, max);
+  goal_ = target;
+  const InterpolationPeriod period{static_cast<uint8_t>(objects_[DriveObjects::kPeriodValue]),
+                                   static_cast<int8_t>(objects_.signed_value(DriveObjects::kPeriodExponent))};
+  speed_ =
+      std::min(std::abs(goal_ - position_) / (static_cast<double>(period.nanoseconds()) * 1e-9), top_speed_);
+}
+
+void Cia402Drive::move(int64_t now_ns) noexcept {
+  const double dt = static_cast<double>(now_ns - now_ns_) * 1e-9;
+  now_ns_ = now_ns;
+  if (!interpolates() || dt <= 0) return;
+  const double way = goal_ - position_;
+  position_ = std::abs(way) <= speed_ * dt ? goal_ : position_ + std::copysign(speed_ * dt, way);
+}
+
+void Cia402Drive::fail(uint16_t emergency, FrameBatch& out) noexcept {
+  if (state_ == DriveState::kFaultReaction || state_ == DriveState::kFault) return;
+  state_ = DriveState::kFaultReaction;
+  const uint8_t bits = error_register(emergency);
+  objects_.set(DriveObjects::kErrorRegister, bits);
+  out.push(encode_emergency(node_, {.code = emergency, .error_register = bits}));
+}
+
+/// Heartbeat consumer. It starts with the first heartbeat and, when they end, also takes the node out of NMT
+/// operational [CiA 301, objects 1016 and 1029:1 = 0].
+void Cia402Drive::watch_master(int64_t now_ns, FrameBatch& out) noexcept {
+  const int64_t limit_ns = (objects_[DriveObjects::kConsumer] & 0xFFFF) * kMillisecond_ns;
+  if (limit_ns == 0 || master_seen_ns_ < 0 || now_ns - master_seen_ns_ < limit_ns) return;
+  master_seen_ns_ = -1;
+  fail(kMasterLost, out);
+  if (nmt_ == NmtState::kOperational) nmt_ = NmtState::kPreOperational;
+}
+
+bool Cia402Drive::interpolates() const noexcept {
+  return state_ == DriveState::kEnabled &&
+         objects_.signed_value(DriveObjects::kModeDisplay) == kModeCyclicPosition;
+}
+
+uint16_t Cia402Drive::statusword() const noexcept {
+  uint16_t word = encode_statusword(state_) | kVoltageEnabled | kRemote;
+  if (interpolates()) word |= kFollowsCommand;
+  if (interpolates() && limited_) word |= kInternalLimit;
+  if (strayed_) word |= kFollowingError;
+  return word;
+}
+
+int32_t Cia402Drive::actual_counts() const noexcept {
+  return static_cast<int32_t>(std::clamp(std::round(position_), double{INT32_MIN}, double{INT32_MAX}));
+}
+
+}  // namespace tendril::hal

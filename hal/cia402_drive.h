@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+
+#include "hal/cia402.h"
+#include "hal/drive_objects.h"
+#include "hal/frame_batch.h"
+
+namespace tendril::hal {
+
+/// What a simulated drive is made of.
+struct DriveSpec {
+  int node = 1;                // 1..127
+  double top_speed = 1e6;      // counts/s, > 0
+  double position_counts = 0;  // where it stands at power-on
+};
+
+/// One simulated servo drive: a CANopen slave with the CiA 402 profile in cyclic synchronous position mode.
+///
+/// It does what the master set up over SDO and nothing by assumption: PDO mapping, heartbeats both ways,
+/// interpolation period, following-error window, soft limits. The winch behind it is self-locking: without
+/// "operation enabled" the position stays where it is. Not spoken: segmented SDO, PDOs other than the first,
+/// SYNC counters, node guarding.
+class Cia402Drive {
+ public:
+  /// Powers the drive on; its boot-up message comes with the first `advance`. Real-time: yes.
+  explicit Cia402Drive(const DriveSpec& spec) noexcept;
+
+  /// Takes in a frame at an instant and appends the answers; frames of others are ignored.
+  /// @param now_ns  never before an earlier call's
+  /// Real-time: yes (bounded, no allocation).
+  void receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept;
+
+  /// Lets time pass up to `now_ns`: motion, heartbeats, time-outs.
+  /// Real-time: yes (bounded, no allocation).
+  void advance(int64_t now_ns, FrameBatch& out) noexcept;
+
+  /// Position of the winch, counts, with its fraction. Real-time: yes.
+  double position_counts() const noexcept { return position_; }
+
+  /// State of the power stage. Real-time: yes.
+  DriveState state() const noexcept { return state_; }
+
+  /// State as a CANopen slave. Real-time: yes.
+  NmtState nmt_state() const noexcept { return nmt_; }
+
+  /// Makes the drive fail with that EMCY error code at the next `advance`, as a hot power stage would.
+  /// Real-time: yes.
+  void inject_fault(uint16_t code) noexcept { injected_fault_ = code; }
+
+ private:
+  void obey_nmt(NmtCommand command) noexcept;
+  void serve_sdo(const SdoRequest& request, FrameBatch& out) noexcept;
+  SdoAnswer write(const SdoRequest& request, FrameBatch& out) noexcept;
+  uint32_t refuse_pdo_setting(DriveObjects::Slot slot, uint32_t value) const noexcept;
+  void on_rpdo(const Frame& frame, FrameBatch& out) noexcept;
+  void on_sync(FrameBatch& out) noexcept;
+  void apply_rpdo(FrameBatch& out) noexcept;
+  void send_tpdo(FrameBatch& out) noexcept;
+  void apply_controlword(uint16_t word, FrameBatch& out) noexcept;
+  void latch_target() noexcept;
+  void move(int64_t now_ns) noexcept;
+  void fail(uint16_t code, FrameBatch& out) noexcept;
+  void watch_master(int64_t now_ns, FrameBatch& out) noexcept;
+  bool interpolates() const noexcept;
+  uint16_t statusword() const noexcept;
+  int32_t actual_counts() const noexcept;
+
+  int node_;
+  double top_speed_;  // counts/s
+  DriveObjects objects_;
+  NmtState nmt_ = NmtState::kBootUp;
+  DriveState state_ = DriveState::kNotReady;
+  int64_t now_ns_ = 0;
+  bool started_ = false;  // now_ns_ has been set
+
+  double position_;       // counts
+  double goal_;           // counts: target of the last SYNC within the soft limits
+  double speed_ = 0;      // counts/s towards goal_
+  bool limited_ = false;  // the target was beyond a soft limit
+  bool strayed_ = false;  // the following-error window was left
+
+  Frame pending_rpdo_;  // waits for SYNC
+  bool has_pending_rpdo_ = false;
+  uint16_t controlword_ = 0;  // last one applied
+  int syncs_since_tpdo_ = 0;
+
+  int64_t next_heartbeat_ns_ = 0;
+  int64_t master_seen_ns_ = -1;  // -1: the master is not watched, for want of its first heartbeat
+  uint16_t injected_fault_ = 0;
+};
+
+}  // namespace tendril::hal

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hal/cia402_axis.h"
+#include "hal/drives.h"
+#include "hal/master_config.h"
+
+namespace tendril::hal {
+
+/// The controller's side of CANopen drives in cyclic synchronous position mode, all axes of a robot.
+///
+/// A cycle's frames are: heartbeat if due, start-up frames of a few axes, the RPDOs, SYNC last, so that all
+/// drives take their targets at the same instant and answer with their positions. Drives that were found in
+/// fault, as after the death of a former controller, are cleared when they are first enabled; later faults
+/// need Command::reset.
+class Cia402Master final : public DriveMaster {
+ public:
+  /// @throws std::invalid_argument where the configuration is not sound, see check(MasterConfig)
+  /// Real-time: no (allocates).
+  explicit Cia402Master(MasterConfig config);
+
+  void receive(const Frame& frame, int64_t now_ns) noexcept override;
+  const Measurement& measure(BusHealth health, int64_t now_ns) noexcept override;
+  void command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept override;
+  std::string describe(const DriveFault& fault) const override;
+
+ private:
+  void latch(const DriveFault& fault) noexcept;
+  void clear_faults() noexcept;
+  void set_up(int64_t now_ns, FrameBatch& out) noexcept;
+
+  MasterConfig config_;
+  std::vector<Cia402Axis> axes_;
+  Measurement measurement_;
+  int64_t next_heartbeat_ns_ = 0;
+};
+
+}  // namespace tendril::hal

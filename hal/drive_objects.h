@@ -1,0 +1,92 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "hal/canopen.h"
+
+namespace tendril::hal {
+
+/// The object dictionary of a simulated servo drive: types, access rights, ranges and values, and the part of
+/// the SDO server that follows from them. It knows nothing of what the values do.
+class DriveObjects {
+ public:
+  /// One name for each entry, in the order of the table in the source.
+  enum Slot : int {
+    kDeviceType,
+    kErrorRegister,
+    kConsumerCount,
+    kConsumer,  // 1016:1, node << 16 | ms
+    kProducer,  // 1017, ms
+    kIdentityCount,
+    kVendor,
+    kProduct,
+    kRevision,
+    kSerial,
+    kRpdoCount,
+    kRpdoId,
+    kRpdoType,
+    kRpdoMapCount,
+    kRpdoMap1,
+    kRpdoMap2,
+    kTpdoCount,
+    kTpdoId,
+    kTpdoType,
+    kTpdoMapCount,
+    kTpdoMap1,
+    kTpdoMap2,
+    kControlword,
+    kStatusword,
+    kMode,
+    kModeDisplay,
+    kActualPosition,
+    kErrorWindow,  // 6065, counts; 0xFFFFFFFF: not watched
+    kTargetPosition,
+    kLimitCount,
+    kLimitMin,  // 607D, counts; not watched unless min < max
+    kLimitMax,
+    kPeriodCount,
+    kPeriodValue,
+    kPeriodExponent,
+    kSlots
+  };
+
+  /// What a write would do: the slot it concerns, or the abort code that refuses it.
+  struct Access {
+    Slot slot = kSlots;
+    uint32_t abort = 0;  // 0: allowed
+  };
+
+  /// @param node  1..127, for the default COB-IDs
+  /// Real-time: yes.
+  explicit DriveObjects(int node) noexcept;
+
+  /// Gives all entries, or those below 2000 (the communication profile), their power-on values. Real-time:
+  /// yes.
+  void restore_all() noexcept;
+  void restore_communication() noexcept;
+
+  /// A value, zero-extended from its size. Real-time: yes.
+  uint32_t operator[](Slot slot) const noexcept { return values_[slot]; }
+
+  /// A value of a signed entry. Real-time: yes.
+  int32_t signed_value(Slot slot) const noexcept;
+
+  /// Sets a value without any check. Real-time: yes.
+  void set(Slot slot, uint32_t value) noexcept;
+
+  /// Answers a read. Real-time: yes.
+  SdoAnswer read(ObjectAddress object) const noexcept;
+
+  /// Checks a write against existence, access right, size and range, and changes nothing. Real-time: yes.
+  Access check_write(const SdoRequest& request) const noexcept;
+
+ private:
+  Slot find(ObjectAddress object) const noexcept;
+  uint32_t missing(ObjectAddress object) const noexcept;
+
+  int node_;
+  std::array<uint32_t, kSlots> values_{};
+};
+
+}  // namespace tendril::hal

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "hal/bus.h"
+#include "hal/frame_batch.h"
+
+namespace tendril::hal {
+
+/// Axes of the largest robot; every per-axis array has this size.
+inline constexpr int kMaxAxes = 32;
+
+/// What can go wrong with the drives and their bus. The meaning of DriveFault::code is in brackets.
+enum class FaultKind : uint8_t {
+  kNone,
+  kConfiguration,   // a drive refused or ignored a setting in start-up [SDO abort code]
+  kStartTimeout,    // a configured drive did not become operational [its NMT state]
+  kEnableTimeout,   // a drive did not reach "operation enabled" [statusword]
+  kDriveFault,      // a drive reports a fault [EMCY error code, 0 while unknown]
+  kDriveDisabled,   // a drive left "operation enabled" unasked, e.g. by its safety input [statusword]
+  kDriveRestarted,  // a drive left NMT operational or rebooted [its NMT state]
+  kHeartbeatLost,   // a drive has fallen silent [0]
+  kFeedbackLost,    // a drive lives but sends no positions [0]
+  kBusPassive,      // the bus is error-passive [0]
+  kBusOff,          // the controller is bus-off [0]
+  kBusDown          // the interface is down, or the host of a local bus is gone [0]
+};
+
+/// The kind in a few words: "heartbeat lost". Real-time: yes.
+const char* describe(FaultKind kind) noexcept;
+
+/// A latched fault. The first one is kept: what follows is mostly its consequence.
+struct DriveFault {
+  FaultKind kind = FaultKind::kNone;
+  int axis = -1;        // index of the axis; -1 where the bus as a whole is meant
+  uint32_t code = 0;    // see FaultKind
+  uint32_t object = 0;  // kConfiguration: object index << 8 | subindex
+};
+
+/// What is known of the drives and the tracker at one instant.
+struct Measurement {
+  int64_t stamp_ns = 0;  // instant of `measure`
+  int axes = 0;
+  std::array<double, kMaxAxes> position{};            // m of cable shortening, the last that is known
+  std::array<int64_t, kMaxAxes> position_stamp_ns{};  // arrival of each position; 0: none yet
+  bool all_known = false;     // every axis has sent its position within the feedback timeout
+  bool all_enabled = false;   // every drive is in "operation enabled": commanded positions are followed
+  bool all_disabled = false;  // no drive is known to have its power stage on
+  bool finished = false;      // Command::finish is done: the drives are stopped and watch us no more
+  DriveFault fault;           // latched until Command::reset
+  std::array<double, 3> tracker_position{};  // m, robot's frame
+  int64_t tracker_stamp_ns = 0;              // when the camera saw it; 0: never
+  bool tracker_fresh = false;                // seen within the tracker timeout
+};
+
+/// What the drives shall do.
+struct Command {
+  bool enable = false;  // bring all drives to "operation enabled", or take them out of it
+  bool reset = false;   // clear the latched fault and start the axes that had one afresh
+  bool finish = false;  // with `enable` false: once all are disabled, stop the drives for good
+  int axes = 0;
+  std::array<double, kMaxAxes> position{};  // m of cable shortening; used once all drives are enabled
+};
+
+/// The controller's side of a drive protocol, for all axes: a state machine that never waits.
+///
+/// Once per control period: `receive` for every frame of the bus, then `measure`, then `command`, and its
+/// frames go out in their order. Starting the drives needs no calls of its own: it happens in these cycles,
+/// and `all_known`, `all_enabled` and `fault` tell how far it is.
+///
+/// A drive that becomes enabled holds the position it has until all are enabled; from the cycle in which
+/// `measure` says all_enabled on, positions are followed as they are commanded, so that cycle's must be the
+/// measured ones. After a fault the sound axes go on following their commands (the controller ramps them to a
+/// stop), the faulty one is taken out of operation until `reset`.
+class DriveMaster {
+ public:
+  virtual ~DriveMaster() = default;
+
+  /// Takes in one frame of the bus; frames of others are ignored.
+  /// Real-time: yes (bounded, no allocation).
+  virtual void receive(const Frame& frame, int64_t now_ns) noexcept = 0;
+
+  /// Judges time-outs and the bus and gives what is known.
+  /// @param health  of the bus the frames go over
+  /// @return a measurement that is valid until the next call
+  /// Real-time: yes (bounded, no allocation).
+  virtual const Measurement& measure(BusHealth health, int64_t now_ns) noexcept = 0;
+
+  /// Appends the frames of this cycle to `out`.
+  /// @param command  a position that is not finite leaves its axis at its last target
+  /// Real-time: yes (bounded, no allocation).
+  virtual void command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept = 0;
+
+  /// A fault in one sentence that names axis, node and cause, for the log.
+  /// Real-time: no (allocates).
+  virtual std::string describe(const DriveFault& fault) const = 0;
+
+ protected:
+  DriveMaster() = default;
+  DriveMaster(const DriveMaster&) = delete;
+  DriveMaster& operator=(const DriveMaster&) = delete;
+};
+
+}  // namespace tendril::hal

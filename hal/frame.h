@@ -1,0 +1,37 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace tendril::hal {
+
+/// One classic CAN data frame; remote and error frames never leave the bus that received them.
+struct Frame {
+  uint32_t id = 0;        // 11 bits, or 29 bits where `extended`
+  bool extended = false;  // identifier format
+  uint8_t length = 0;     // bytes of data, 0..8
+  std::array<uint8_t, 8> data{};
+};
+
+/// True where both would look the same on the wire: bytes past `length` do not count.
+/// Real-time: yes.
+inline bool operator==(const Frame& a, const Frame& b) noexcept {
+  return a.id == b.id && a.extended == b.extended && a.length == b.length &&
+         std::equal(a.data.begin(), a.data.begin() + std::min<int>(a.length, 8), b.data.begin());
+}
+
+/// The frame in the notation of cansend and `candump -l`: "202#0F0010270000".
+/// Real-time: no (allocates).
+std::string to_text(const Frame& frame);
+
+/// Reads the notation of `to_text`: 3 hexadecimal digits of identifier, or 8 for an extended one, '#', up to
+/// 8 bytes.
+/// @return nothing where the text is no such frame
+/// Real-time: yes.
+std::optional<Frame> parse_frame(std::string_view text) noexcept;
+
+}  // namespace tendril::hal

@@ -1,0 +1,227 @@
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <thread>
+
+#include "hal/bus_backends.h"
+#include "hal/can_wire.h"
+
+// A bus on a UNIX socket of packets, each one struct can_frame. The host, which is the robot, hands every
+// frame of a joiner to all others, so that everyone hears everyone as on a wire.
+
+namespace tendril::hal {
+namespace {
+
+constexpr int kMaxJoiners = 32;
+constexpr auto kRetry = std::chrono::milliseconds(20);
+
+enum class Moved { kYes, kNotNow, kGone };
+
+Moved write_frame(int fd, const can_frame& wire) noexcept {
+  if (::send(fd, &wire, sizeof wire, MSG_DONTWAIT | MSG_NOSIGNAL) == sizeof wire) return Moved::kYes;
+  return errno == EAGAIN || errno == ENOBUFS || errno == EINTR ? Moved::kNotNow : Moved::kGone;
+}
+
+/// A packet of another size, or one that is no data frame, is no peer of ours.
+Moved read_frame(int fd, can_frame& wire) noexcept {
+  const ssize_t size = ::recv(fd, &wire, sizeof wire, MSG_DONTWAIT | MSG_TRUNC);
+  if (size < 0) return errno == EAGAIN || errno == EINTR ? Moved::kNotNow : Moved::kGone;
+  return size == sizeof wire && !(wire.can_id & (CAN_ERR_FLAG | CAN_RTR_FLAG)) ? Moved::kYes : Moved::kGone;
+}
+
+class LocalJoiner final : public Bus {
+ public:
+  LocalJoiner(Descriptor socket, std::string path) : socket_(std::move(socket)), path_(std::move(path)) {}
+
+  SendResult send(const Frame& frame) noexcept override {
+    if (gone_) return SendResult::kDown;
+    switch (write_frame(socket_.get(), to_wire(frame))) {
+      case Moved::kYes:
+        return SendResult::kSent;
+      case Moved::kNotNow:
+        ++dropped_;
+        return SendResult::kQueueFull;
+      case Moved::kGone:
+        gone_ = true;
+        break;
+    }
+    return SendResult::kDown;
+  }
+
+  bool receive(Frame& frame) noexcept override {
+    can_frame wire;
+    switch (read_frame(socket_.get(), wire)) {
+      case Moved::kYes:
+        frame = from_wire(wire);
+        return true;
+      case Moved::kNotNow:
+        return false;
+      case Moved::kGone:
+        gone_ = true;
+        break;
+    }
+    return false;
+  }
+
+  BusHealth health() const noexcept override { return gone_ ? BusHealth::kDown : BusHealth::kActive; }
+  uint64_t dropped() const noexcept override { return dropped_; }
+  int descriptor() const noexcept override { return socket_.get(); }
+  std::string describe() const override { return "local bus at " + path_; }
+
+ private:
+  Descriptor socket_;
+  std::string path_;
+  bool gone_ = false;  // the host does not come back under this socket
+  uint64_t dropped_ = 0;
+};
+
+class LocalHost final : public Bus {
+ public:
+  LocalHost(Descriptor listener, Descriptor poller, std::string path)
+      : listener_(std::move(listener)), poller_(std::move(poller)), path_(std::move(path)) {}
+
+  ~LocalHost() override {
+    ::unlink(path_.c_str());
+    while (joiners_ > 0) remove(0);
+  }
+
+  SendResult send(const Frame& frame) noexcept override {
+    broadcast(to_wire(frame), -1);
+    return SendResult::kSent;  // as on a wire: the sender does not learn who had no room
+  }
+
+  bool receive(Frame& frame) noexcept override {
+    accept_one();
+    for (int tried = 0; tried < joiners_;) {
+      next_ = next_ < joiners_ ? next_ : 0;
+      can_frame wire;
+      switch (read_frame(fds_[next_], wire)) {
+        case Moved::kYes:
+          broadcast(wire, fds_[next_]);
+          ++next_;  // the others are heard before this one is heard again
+          frame = from_wire(wire);
+          return true;
+        case Moved::kNotNow:
+          ++next_, ++tried;
+          break;
+        case Moved::kGone:
+          remove(next_);
+          break;
+      }
+    }
+    return false;
+  }
+
+  BusHealth health() const noexcept override { return BusHealth::kActive; }
+  uint64_t dropped() const noexcept override { return dropped_; }
+  int descriptor() const noexcept override { return poller_.get(); }
+  std::string describe() const override { return "local bus at " + path_ + ", host"; }
+
+ private:
+  void accept_one() noexcept {
+    const int fd = ::accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (fd < 0) return;
+    epoll_event event{};
+    event.events = EPOLLIN;
+    if (joiners_ == kMaxJoiners || ::epoll_ctl(poller_.get(), EPOLL_CTL_ADD, fd, &event) != 0)
+      ::close(fd);
+    else
+      fds_[joiners_++] = fd;
+  }
+
+  /// Who turns out to be gone is removed when it is next read.
+  void broadcast(const can_frame& wire, int except) noexcept {
+    for (int i = 0; i < joiners_; ++i)
+      if (fds_[i] != except && write_frame(fds_[i], wire) == Moved::kNotNow) ++dropped_;
+  }
+
+  void remove(int i) noexcept {
+    ::close(fds_[i]);
+    fds_[i] = fds_[--joiners_];
+  }
+
+  Descriptor listener_, poller_;
+  std::string path_;
+  std::array<int, kMaxJoiners> fds_{};
+  int joiners_ = 0;
+  int next_ = 0;  // whose turn it is
+  uint64_t dropped_ = 0;
+};
+
+[[noreturn]] void refuse(const std::string& what) { throw BusError(what); }
+
+std::string reason(int error) { return std::strerror(error); }
+
+sockaddr_un address_of(const std::string& path) {
+  sockaddr_un address{};
+  if (path.empty() || path.size() >= sizeof address.sun_path)
+    refuse("the path of a local bus must have 1.." + std::to_string(sizeof address.sun_path - 1) +
+           " characters; 'local:" + path + "' has not");
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, path.size());
+  return address;
+}
+
+Descriptor open_socket() {
+  Descriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  if (socket.get() < 0) refuse("cannot open a local socket: " + reason(errno));
+  return socket;
+}
+
+/// errno of a try to connect, 0 for success.
+int try_connect(const Descriptor& socket, const sockaddr_un& address) noexcept {
+  const auto* generic = reinterpret_cast<const sockaddr*>(&address);
+  return ::connect(socket.get(), generic, sizeof address) == 0 ? 0 : errno;
+}
+
+/// Removes what a host that died left at the path; anything else there stays and is an error.
+void clear_stale(const std::string& path, const sockaddr_un& address) {
+  struct stat status {};
+  if (::lstat(path.c_str(), &status) != 0) return;
+  if (!S_ISSOCK(status.st_mode)) refuse("'" + path + "' exists and is no socket; choose another path");
+  const int error = try_connect(open_socket(), address);
+  if (error != ECONNREFUSED)
+    refuse("a local bus at '" + path + "' has a host already; stop that program or choose another path");
+  ::unlink(path.c_str());
+}
+
+}  // namespace
+
+std::unique_ptr<Bus> host_local_bus(const std::string& path) {
+  const sockaddr_un address = address_of(path);
+  clear_stale(path, address);
+  Descriptor listener = open_socket();
+  const auto* generic = reinterpret_cast<const sockaddr*>(&address);
+  if (::bind(listener.get(), generic, sizeof address) != 0 || ::listen(listener.get(), kMaxJoiners) != 0)
+    refuse("cannot listen at '" + path + "': " + reason(errno) + "; the folder must exist and be writable");
+  Descriptor poller(::epoll_create1(EPOLL_CLOEXEC));
+  epoll_event event{};
+  event.events = EPOLLIN;
+  if (poller.get() < 0 || ::epoll_ctl(poller.get(), EPOLL_CTL_ADD, listener.get(), &event) != 0)
+    refuse("cannot watch the local bus at '" + path + "': " + reason(errno));
+  return std::make_unique<LocalHost>(std::move(listener), std::move(poller), path);
+}
+
+std::unique_ptr<Bus> join_local_bus(const std::string& path, int64_t wait_ns) {
+  const sockaddr_un address = address_of(path);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::nanoseconds(wait_ns);
+  while (true) {
+    Descriptor socket = open_socket();
+    const int error = try_connect(socket, address);
+    if (error == 0) return std::make_unique<LocalJoiner>(std::move(socket), path);
+    const bool may_come = error == ENOENT || error == ECONNREFUSED || error == EAGAIN;
+    if (!may_come) refuse("cannot join the local bus at '" + path + "': " + reason(error));
+    if (std::chrono::steady_clock::now() >= deadline) break;
+    std::this_thread::sleep_for(kRetry);
+  }
+  refuse("nobody has hosted a local bus at '" + path + "' for " + std::to_string(wait_ns / 1'000'000) +
+         " ms; start the plant first (tendril-plant), or check the path");
+}
+
+}  // namespace tendril::hal

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "hal/canopen.h"
+#include "hal/frame_batch.h"
+
+namespace tendril::hal {
+
+/// One entry to write, or to read and compare.
+struct SdoStep {
+  SdoRequest request;
+  uint32_t expected = 0;  // kRead: the value the drive must show
+};
+
+/// Works through a list of SDO transfers with one drive, one transfer at a time, without ever waiting.
+///
+/// A transfer that is not answered in time is asked again; a late answer to the first question then serves as
+/// the answer to the second. A read that shows another value than expected counts as not answered.
+class SdoSequence {
+ public:
+  enum class Status : uint8_t { kRunning, kDone, kFailed };
+
+  /// @param node        the drive, 1..127
+  /// @param timeout_ns  for each attempt
+  /// @param attempts    at each step, at least 1
+  SdoSequence(int node, int64_t timeout_ns, int attempts) noexcept
+      : node_(node), timeout_ns_(timeout_ns), attempts_(attempts) {}
+
+  /// Begins a list, which must outlive its execution. Real-time: yes.
+  void start(std::span<const SdoStep> steps) noexcept;
+
+  /// Takes in an answer of the drive; one that fits no open question is ignored. Real-time: yes.
+  void receive(const SdoAnswer& answer) noexcept;
+
+  /// Sends the next request if one is due: at most one frame. Real-time: yes (bounded, no allocation).
+  Status advance(int64_t now_ns, FrameBatch& out) noexcept;
+
+  /// kFailed: the abort code, SdoAbort::kTimeout where no answer came, or 0 where a read showed another
+  /// value. Real-time: yes.
+  uint32_t failure() const noexcept { return failure_; }
+
+  /// kFailed: the object concerned. Real-time: yes.
+  ObjectAddress object() const noexcept {
+    return steps_.empty() ? ObjectAddress{} : steps_[at_].request.object;
+  }
+
+ private:
+  void next_step() noexcept;
+
+  int node_;
+  int64_t timeout_ns_;
+  int attempts_;
+  std::span<const SdoStep> steps_;
+  size_t at_ = 0;
+  Status status_ = Status::kDone;
+  int attempt_ = 0;  // of the present step; 0: not asked yet
+  int64_t asked_ns_ = 0;
+  uint32_t failure_ = 0;
+  bool other_value_ = false;
+};
+
+}  // namespace tendril::hal

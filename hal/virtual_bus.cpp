@@ -1,0 +1,51 @@
+#include "hal/virtual_bus.h"
+
+#include <utility>
+
+namespace tendril::hal {
+
+VirtualEndpoint::VirtualEndpoint(VirtualBus& medium, std::string name, int capacity)
+    : medium_(medium), name_(std::move(name)), queue_(static_cast<size_t>(capacity)) {}
+
+bool VirtualEndpoint::connected() const noexcept {
+  return plugged_ && health_ != BusHealth::kOff && health_ != BusHealth::kDown;
+}
+
+SendResult VirtualEndpoint::send(const Frame& frame) noexcept {
+  if (health_ == BusHealth::kOff || health_ == BusHealth::kDown) return SendResult::kDown;
+  if (plugged_) medium_.broadcast(*this, frame);
+  return SendResult::kSent;
+}
+
+bool VirtualEndpoint::receive(Frame& frame) noexcept {
+  if (size_ == 0 || queue_[head_].at_ns > medium_.now_ns_) return false;
+  frame = queue_[head_].frame;
+  head_ = (head_ + 1) % queue_.size();
+  --size_;
+  return true;
+}
+
+std::string VirtualEndpoint::describe() const { return "virtual bus, node " + name_; }
+
+void VirtualEndpoint::push(const Frame& frame, int64_t at_ns) noexcept {
+  if (size_ == queue_.size()) {
+    ++dropped_;
+    return;
+  }
+  queue_[(head_ + size_) % queue_.size()] = {at_ns, frame};
+  ++size_;
+}
+
+VirtualBus::VirtualBus(int64_t delay_ns, int capacity) : delay_ns_(delay_ns), capacity_(capacity) {}
+
+VirtualEndpoint& VirtualBus::attach(std::string name) {
+  endpoints_.emplace_back(new VirtualEndpoint(*this, std::move(name), capacity_));
+  return *endpoints_.back();
+}
+
+void VirtualBus::broadcast(const VirtualEndpoint& from, const Frame& frame) noexcept {
+  for (const auto& endpoint : endpoints_)
+    if (endpoint.get() != &from && endpoint->connected()) endpoint->push(frame, now_ns_ + delay_ns_);
+}
+
+}  // namespace tendril::hal

@@ -1,0 +1,46 @@
+#include "hal/bus_budget.h"
+
+#include <catch2/catch.hpp>
+
+#include "hal/master_config.h"
+
+using namespace tendril::hal;
+
+TEST_CASE("Frames have their worst-case length with stuffing", "[unit]") {
+  CHECK(worst_case_bits(0) == 55);
+  CHECK(worst_case_bits(6) == 115);
+  CHECK(worst_case_bits(8) == 135);
+  CHECK(worst_case_bits(8, true) == 160);
+}
+
+TEST_CASE("The load of cyclic drives is that of the table", "[unit]") {
+  const auto percent = [](int axes, double rate_hz) {
+    const PeriodicFrames traffic[] = {{.length = 0, .rate_hz = rate_hz},
+                                      {.length = 6, .rate_hz = rate_hz, .count = 2 * axes}};
+    return 100 * bus_load(traffic, 1e6);
+  };
+  CHECK(percent(4, 500) == Approx(48.75));
+  CHECK(percent(4, 600) == Approx(58.5));
+  CHECK(percent(4, 1000) == Approx(97.5));
+  CHECK(percent(8, 500) == Approx(94.75));
+}
+
+TEST_CASE("A load is judged before it can hurt", "[unit]") {
+  const auto verdict = [](double load) {
+    const PeriodicFrames traffic[] = {{.length = 8, .rate_hz = load * 1e6 / 135}};
+    return judge_bus(traffic, 1e6).verdict;
+  };
+  CHECK(verdict(0.69) == BusBudget::Verdict::kFits);
+  CHECK(verdict(0.71) == BusBudget::Verdict::kTight);
+  CHECK(verdict(1.01) == BusBudget::Verdict::kExceeds);
+  const PeriodicFrames much[] = {{.length = 8, .rate_hz = 10'000}};
+  CHECK_THAT(judge_bus(much, 1e6).text,
+             Catch::Contains("135 %") && Catch::Contains("lower the control rate"));
+}
+
+TEST_CASE("The budget of a robot counts PDOs, SYNC, heartbeats and tracker", "[unit]") {
+  MasterConfig config{.axes = std::vector<AxisConfig>(4), .period_ns = 1'666'667};
+  config.tracker_id = 0x1F0;
+  // 58.5 % as above, 5 heartbeats of 65 bits at 20 Hz, a tracker of 135 bits at 100 Hz.
+  CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.585 + 0.0065 + 0.0135).epsilon(1e-4));
+}

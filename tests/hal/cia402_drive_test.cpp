@@ -1,0 +1,293 @@
+#include "hal/cia402_drive.h"
+
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "hal/master_config.h"
+#include "rig.h"
+
+using namespace tendril::hal;
+using tendril::hal::test::config_of;
+using tendril::hal::test::kPeriod_ns;
+
+namespace {
+
+constexpr int64_t kMillisecond_ns = 1'000'000;
+
+/// A drive, node 2, that is talked to frame by frame.
+struct Bench {
+  explicit Bench(DriveSpec spec = {.node = 2, .top_speed = 1e6, .position_counts = 500}) : drive(spec) {}
+
+  /// What the drive answers to a frame, as text.
+  std::vector<std::string> say(const std::string& text) {
+    FrameBatch out;
+    drive.receive(*parse_frame(text), now_ns, out);
+    return texts(out);
+  }
+
+  std::vector<std::string> advance(int64_t duration_ns) {
+    FrameBatch out;
+    now_ns += duration_ns;
+    drive.advance(now_ns, out);
+    return texts(out);
+  }
+
+  /// The answer to an SDO request: "60...", "4F..." or "80...".
+  std::string sdo(const std::string& bytes) {
+    const auto answers = say("602#" + bytes);
+    return answers.size() == 1 ? answers[0].substr(4) : "no answer";
+  }
+
+  /// Everything a master sets up but the consumer heartbeat, then NMT start.
+  void set_up() {
+    advance(0);
+    MasterConfig config = config_of(2);
+    for (const SdoStep& step : setup_steps(config.axes[1], config)) {
+      if (step.request.object.index == 0x1016) continue;
+      const auto answers = say(to_text(encode_sdo_request(2, step.request)));
+      REQUIRE(answers.size() >= 1);
+      REQUIRE(decode_sdo_answer(*parse_frame(answers.back()), 2)->kind != SdoAnswer::Kind::kAbort);
+    }
+    say("000#0102");
+  }
+
+  /// One period: RPDO, SYNC, time. @return the answers to SYNC
+  std::vector<std::string> cycle(uint16_t word, int32_t target) {
+    say(to_text(encode_drive_command(0x202, {word, target})));
+    auto answers = say("080#");
+    advance(kPeriod_ns);
+    return answers;
+  }
+
+  void enable() {
+    for (const uint16_t word : std::initializer_list<uint16_t>{0x06, 0x07, 0x0F})
+      cycle(word, static_cast<int32_t>(drive.position_counts()));
+    REQUIRE(drive.state() == DriveState::kEnabled);
+  }
+
+  static std::vector<std::string> texts(const FrameBatch& batch) {
+    std::vector<std::string> list;
+    for (const Frame& frame : batch) list.push_back(to_text(frame));
+    return list;
+  }
+
+  Cia402Drive drive;
+  int64_t now_ns = 0;
+};
+
+using Texts = std::vector<std::string>;
+
+}  // namespace
+
+TEST_CASE("A drive announces itself and then waits in pre-operational", "[unit]") {
+  Bench bench;
+  CHECK(bench.advance(0) == Texts{"702#00"});
+  CHECK(bench.drive.nmt_state() == NmtState::kPreOperational);
+  CHECK(bench.drive.state() == DriveState::kSwitchOnDisabled);
+  CHECK(bench.advance(kMillisecond_ns).empty());
+  CHECK(bench.say("000#8102").empty());
+  CHECK(bench.advance(0) == Texts{"702#00"});
+  CHECK(bench.say("000#0103").empty());  // for another node
+  CHECK(bench.drive.nmt_state() == NmtState::kPreOperational);
+  bench.say("000#0100");  // for all
+  CHECK(bench.drive.nmt_state() == NmtState::kOperational);
+}
+
+TEST_CASE("The object dictionary answers with values or with the right abort code", "[unit]") {
+  Bench bench;
+  bench.advance(0);
+  CHECK(bench.sdo("4000100000000000") == "4300100092010200");  // 1000: servo drive, profile 402
+  CHECK(bench.sdo("4018100000000000") == "4F18100004000000");  // 1018:0
+  CHECK(bench.sdo("4064600000000000") == "43646000F4010000");  // 6064 = 500
+  CHECK(bench.sdo("4041600000000000") == "4B41600050020000");  // 6041: switch on disabled, remote, voltage
+  CHECK(bench.sdo("2F60600008000000") == "6060600000000000");  // 6060 = 8
+  CHECK(bench.sdo("4061600000000000") == "4F61600008000000");  // 6061 = 8
+  CHECK(bench.sdo("2260600008000000") == "6060600000000000");  // size not said
+  CHECK(bench.sdo("2F60600001000000") == "8060600030000906");  // 6060 = 1: value not allowed
+  CHECK(bench.sdo("4034120000000000") == "8034120000000206");  // no such object
+  CHECK(bench.sdo("4018100500000000") == "8018100511000906");  // no such subindex
+  CHECK(bench.sdo("2B41600000000000") == "8041600002000106");  // 6041 is read-only
+  CHECK(bench.sdo("2360600008000000") == "8060600012000706");  // too long
+  CHECK(bench.sdo("2F7A600008000000") == "807A600013000706");  // too short
+  CHECK(bench.sdo("2FC2600100000000") == "80C2600132000906");  // 60C2:1 = 0: too low
+  CHECK(bench.sdo("2FC2600201000000") == "80C2600231000906");  // 60C2:2 = 1: too high
+  CHECK(bench.sdo("2118100100000000") == "8018100101000405");  // segmented
+  bench.say("000#0202");
+  CHECK(bench.sdo("4000100000000000") == "no answer");  // stopped nodes speak no SDO
+}
+
+TEST_CASE("PDOs can be mapped only in the order and with the objects of the standard", "[unit]") {
+  Bench bench;
+  bench.advance(0);
+  CHECK(bench.sdo("2300160110004060") == "6000160100000000");  // 1600:1 = 60400010, off at power-on
+  CHECK(bench.sdo("2300160120006460") == "8000160141000406");  // 6064 into an RPDO: not mappable
+  CHECK(bench.sdo("23001A0120007A60") == "80001A0141000406");  // 607A into a TPDO
+  CHECK(bench.sdo("2F00160002000000") == "8000160041000406");  // count 2, but the second is empty
+  CHECK(bench.sdo("2F00160001000000") == "6000160000000000");
+  CHECK(bench.sdo("2300160220007A60") == "8000160200000106");  // while the map is in use
+  CHECK(bench.sdo("2300140102020000") == "6000140100000000");  // on
+  CHECK(bench.sdo("2F00160000000000") == "8000160000000106");  // while the PDO is on
+  CHECK(bench.sdo("2300140103020000") == "8000140130000906");  // other identifier while on
+  CHECK(bench.sdo("2300140102020080") == "6000140100000000");  // off
+  CHECK(bench.sdo("2F001402F1000000") == "8000140230000906");  // reserved transmission type
+  bench.say("000#0102");
+  CHECK(bench.sdo("2300140102020000") == "8000140122000008");  // not in operational
+}
+
+TEST_CASE("The mapping that the master wrote decides what the bytes mean", "[unit]") {
+  Bench bench;
+  bench.advance(0);
+  // Position before statusword, target before controlword, on other identifiers.
+  for (const char* bytes :
+       {"2300160120007A60", "2300160210004060", "2F00160002000000", "2F00140201000000", "230014010A030000",
+        "23001A0120006460", "23001A0210004160", "2F001A0002000000", "2300180199010000", "2F60600008000000"}) {
+    CAPTURE(bytes);
+    REQUIRE(bench.sdo(bytes).substr(0, 2) == "60");
+  }
+  bench.say("000#0102");
+  bench.say("30A#F40100000600");
+  CHECK(bench.say("080#") == Texts{"199#F40100003102"});
+  CHECK(bench.drive.state() == DriveState::kReady);
+}
+
+TEST_CASE("Targets take effect at SYNC and the answer tells state and position", "[unit]") {
+  Bench bench;
+  bench.set_up();
+  bench.say("202#0600F4010000");
+  CHECK(bench.drive.state() == DriveState::kSwitchOnDisabled);  // not before SYNC
+  CHECK(bench.say("080#") == Texts{"182#3102F4010000"});
+  CHECK(bench.say("202#0700F4010000").empty());
+  CHECK(bench.say("080#") == Texts{"182#3302F4010000"});
+  bench.say("202#0F00F4010000");
+  CHECK(bench.say("080#") == Texts{"182#3712F4010000"});  // enabled, follows the command
+}
+
+TEST_CASE("A drive interpolates to its target in one period and not faster than it can", "[unit]") {
+  Bench bench({.node = 2, .top_speed = 60'000, .position_counts = 500});
+  bench.set_up();
+  bench.enable();
+  bench.say("202#0F003A020000");  // 570: 70 counts in 1.67 ms are 42 000 counts/s
+  bench.say("080#");
+  bench.advance(1'670'000 / 2);
+  CHECK(bench.drive.position_counts() == Approx(535));
+  bench.advance(1'670'000 / 2);
+  CHECK(bench.drive.position_counts() == Approx(570));
+  bench.advance(1'670'000);
+  CHECK(bench.drive.position_counts() == Approx(570));  // holds there
+  bench.cycle(0x0F, 100'000);
+  CHECK(bench.drive.position_counts() == Approx(570 + 60'000 * 1e-9 * kPeriod_ns));
+}
+
+TEST_CASE("A drive that is not enabled does not move", "[unit]") {
+  Bench bench;
+  bench.set_up();
+  for (const uint16_t word : std::initializer_list<uint16_t>{0x06, 0x07}) {
+    bench.cycle(word, 9000);
+    CHECK(bench.drive.position_counts() == 500);
+  }
+  bench.cycle(0x0F, 600);
+  CHECK(bench.drive.position_counts() > 500);
+  bench.cycle(0x0F, 100'000);
+  bench.say("202#0200A0860100");
+  bench.say("080#");
+  const double stopped = bench.drive.position_counts();
+  CHECK(bench.drive.state() == DriveState::kQuickStop);
+  bench.advance(100 * kMillisecond_ns);
+  CHECK(bench.drive.position_counts() == stopped);
+}
+
+TEST_CASE("Soft limits clamp the target and are reported", "[unit]") {
+  Bench bench;
+  bench.set_up();
+  CHECK(bench.sdo("237D600100000000").substr(0, 2) == "60");  // min 0
+  CHECK(bench.sdo("237D600258020000").substr(0, 2) == "60");  // max 600
+  bench.enable();
+  bench.cycle(0x0F, 700);
+  const auto answers = bench.cycle(0x0F, 700);
+  CHECK(bench.drive.position_counts() == Approx(600));
+  CHECK(decode_drive_feedback(0x182, *parse_frame(answers.back()))->statusword & kInternalLimit);
+}
+
+TEST_CASE("A following error beyond the window is a fault", "[unit]") {
+  Bench bench({.node = 2, .top_speed = 1000, .position_counts = 500});
+  bench.set_up();
+  CHECK(bench.sdo("2365600064000000").substr(0, 2) == "60");  // 100 counts
+  bench.enable();
+  bench.cycle(0x0F, 550);
+  CHECK(bench.drive.state() == DriveState::kEnabled);
+  bench.cycle(0x0F, 5000);
+  const auto answers = bench.cycle(0x0F, 5000);
+  REQUIRE(answers.size() == 2);
+  CHECK(answers[0].substr(0, 8) == "082#1186");
+  CHECK(decode_drive_feedback(0x182, *parse_frame(answers[1]))->statusword & kFollowingError);
+  CHECK(bench.drive.state() == DriveState::kFault);
+}
+
+TEST_CASE("A drive stops by itself, holds and reports 8130 when the master's heartbeat ends", "[unit]") {
+  Bench bench;
+  bench.set_up();
+  REQUIRE(bench.sdo("2316100196007F00") == "6016100100000000");  // node 127, 150 ms
+  bench.advance(1000 * kMillisecond_ns);
+  CHECK(bench.drive.state() == DriveState::kSwitchOnDisabled);  // watched from the first heartbeat on
+  bench.enable();
+  bench.say("77F#05");
+  bench.advance(149 * kMillisecond_ns);
+  bench.say("77F#05");
+  bench.advance(149 * kMillisecond_ns);
+  CHECK(bench.drive.state() == DriveState::kEnabled);
+  bench.say("202#0F00FFFFFF0F");  // a long way to go
+  bench.say("080#");
+  const auto answers = bench.advance(2 * kMillisecond_ns);
+  CHECK(std::count(answers.begin(), answers.end(), "082#3081110000000000") == 1);
+  const double stopped = bench.drive.position_counts();
+  bench.advance(1000 * kMillisecond_ns);
+  CHECK(bench.drive.position_counts() == stopped);
+  CHECK(bench.drive.state() == DriveState::kFault);
+  CHECK(bench.drive.nmt_state() == NmtState::kPreOperational);
+}
+
+TEST_CASE("A fault stops the motion and is cleared by the edge of bit 7 alone", "[unit]") {
+  Bench bench;
+  bench.set_up();
+  bench.enable();
+  bench.cycle(0x0F, 600);
+  bench.drive.inject_fault(0x4310);
+  const auto answers = bench.advance(0);
+  CHECK(std::count(answers.begin(), answers.end(), "082#1043090000000000") == 1);
+  CHECK(bench.drive.state() == DriveState::kFaultReaction);
+  const double stopped = bench.drive.position_counts();
+  bench.cycle(0x0F, 900);
+  CHECK(bench.drive.position_counts() == stopped);
+  CHECK(bench.drive.state() == DriveState::kFault);
+  CHECK(bench.sdo("4001100000000000") == "4F01100009000000");  // error register: generic, temperature
+  const auto cleared = bench.cycle(0x80, 600);
+  CHECK(cleared.front() == "082#0000000000000000");
+  CHECK(bench.drive.state() == DriveState::kSwitchOnDisabled);
+  bench.drive.inject_fault(0x4310);
+  bench.advance(0);
+  bench.advance(0);
+  bench.cycle(0x80, 600);  // no edge: the bit is still set
+  CHECK(bench.drive.state() == DriveState::kFault);
+}
+
+TEST_CASE("A drive that is following must not be taken out of operation unnoticed", "[unit]") {
+  for (const char* order : {"000#0202", "000#8002"}) {
+    CAPTURE(order);
+    Bench bench;
+    bench.set_up();
+    bench.enable();
+    bench.say(order);
+    bench.advance(kMillisecond_ns);
+    bench.advance(kMillisecond_ns);
+    CHECK(bench.drive.state() == DriveState::kFault);
+  }
+}
+
+TEST_CASE("An RPDO that is too short is reported and not applied", "[unit]") {
+  Bench bench;
+  bench.set_up();
+  CHECK(bench.say("202#0600F40100") == Texts{"082#1082110000000000"});
+  bench.say("080#");
+  CHECK(bench.drive.state() == DriveState::kSwitchOnDisabled);
+}

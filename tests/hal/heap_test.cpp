@@ -1,0 +1,52 @@
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "heap_count.h"
+#include "rig.h"
+
+using namespace tendril::hal;
+using namespace tendril::hal::test;
+
+#ifndef TENDRIL_SANITIZED
+
+TEST_CASE("The heap counter counts", "[rt]") {
+  const uint64_t before = heap_calls();
+  const std::string text(100, 'x');
+  CHECK(text.size() == 100);
+  CHECK(heap_calls() > before);
+}
+
+TEST_CASE("A whole life of the drives makes no heap call on either side", "[rt]") {
+  Rig rig(config_of(4));
+  // The rig's own containers are reserved; what is left is master, drives, batches and bus.
+  const auto cycles = [&rig](int count) {
+    for (int i = 0; i < count; ++i) rig.cycle();
+  };
+  const uint64_t before = heap_calls();
+  cycles(300);
+  const bool known = rig.measured.all_known;
+  rig.command.enable = true;
+  cycles(100);
+  const bool enabled = rig.measured.all_enabled;
+  rig.drives[2].inject_fault(0x4310);
+  cycles(20);
+  const bool failed = rig.measured.fault.kind == FaultKind::kDriveFault;
+  rig.command.reset = true;
+  cycles(1);
+  rig.command.reset = false;
+  cycles(300);
+  const bool recovered = rig.measured.all_enabled;
+  rig.command.enable = false;
+  rig.command.finish = true;
+  cycles(200);
+  const bool finished = rig.measured.finished;
+  const uint64_t made = heap_calls() - before;
+  CHECK(made == 0);
+  CHECK(known);
+  CHECK(enabled);
+  CHECK(failed);
+  CHECK(recovered);
+  CHECK(finished);
+}
+
+#endif

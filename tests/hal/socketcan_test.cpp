@@ -1,0 +1,211 @@
+#include <linux/can.h>
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+
+#include "hal/bus.h"
+#include "heap_count.h"
+#include "vcan0.h"
+
+using namespace tendril::hal;
+using testing::skipped_without_vcan0;
+
+namespace {
+
+bool wait_for(Bus& bus, Frame& frame) {
+  for (int tries = 0; tries < 100; ++tries) {
+    if (bus.receive(frame)) return true;
+    pollfd descriptor{bus.descriptor(), POLLIN, 0};
+    ::poll(&descriptor, 1, 50);
+  }
+  return false;
+}
+
+/// Puts a frame on an interface as it stands, also one that no `Bus` would send.
+void put(const char* interface, const can_frame& frame) {
+  const int fd = ::socket(PF_CAN, SOCK_RAW, CAN_RAW);
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = static_cast<int>(::if_nametoindex(interface));
+  REQUIRE(::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  REQUIRE(::write(fd, &frame, sizeof frame) == sizeof frame);
+  ::close(fd);
+}
+
+/// Puts a controller's error frame on an interface, as its driver would.
+void put_error(const char* interface, uint32_t error_class, uint8_t controller_state) {
+  can_frame error{};
+  error.can_id = CAN_ERR_FLAG | error_class;
+  error.can_dlc = CAN_ERR_DLC;
+  error.data[1] = controller_state;
+  put(interface, error);
+}
+
+/// A virtual CAN interface of the test's own, which it may take down; gone with the object.
+class OwnInterface {
+ public:
+  static constexpr const char* kName = "tendril_test";
+
+  OwnInterface() {
+    remove();  // a test that was killed leaves it
+    REQUIRE(ip("add dev", "type vcan") == 0);
+    REQUIRE(set("up") == 0);
+  }
+  ~OwnInterface() { remove(); }
+  OwnInterface(const OwnInterface&) = delete;
+  OwnInterface& operator=(const OwnInterface&) = delete;
+
+  int set(const std::string& state) const { return ip("set", state); }
+  int remove() const { return ip("del", "2>/dev/null"); }
+
+ private:
+  static int ip(const std::string& verb, const std::string& rest) {
+    return std::system(("ip link " + verb + " " + kName + " " + rest).c_str());
+  }
+};
+
+bool skipped_without_root() {
+  if (::geteuid() == 0) return false;
+  WARN("skipped: only root may make and remove interfaces");
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("An interface that does not exist is an error that says what to do", "[unit]") {
+  CHECK_THROWS_AS(open_bus("can77", BusRole::kJoin), BusError);
+  CHECK_THROWS_WITH(open_bus("can77", BusRole::kJoin), Catch::Contains("no CAN interface 'can77'") &&
+                                                           Catch::Contains("ip link") &&
+                                                           Catch::Contains("local:PATH"));
+  CHECK_THROWS_WITH(open_bus("a_name_longer_than_any_interface", BusRole::kHost),
+                    Catch::Contains("no CAN interface"));
+}
+
+TEST_CASE("An interface that is no CAN bus is refused", "[unit]") {
+  // Without CAN in the kernel the socket fails before the interface is looked at.
+  CHECK_THROWS_WITH(open_bus("lo", BusRole::kJoin), Catch::Contains("not a CAN interface") ||
+                                                        Catch::Contains("no CAN support") ||
+                                                        Catch::Contains("cannot open a CAN socket"));
+}
+
+TEST_CASE("Frames cross a real SocketCAN interface unchanged, and not back to their sender", "[vcan]") {
+  if (skipped_without_vcan0()) return;
+  const auto a = open_bus("vcan0", BusRole::kHost), b = open_bus("vcan0", BusRole::kJoin);
+  CHECK(a->describe() == "CAN interface vcan0");
+  Frame frame;
+  for (const char* text : {"202#0F0010270000", "080#", "1FFFFFF0#0102030405060708"}) {
+    CAPTURE(text);
+    REQUIRE(a->send(*parse_frame(text)) == SendResult::kSent);
+    REQUIRE(wait_for(*b, frame));
+    CHECK(to_text(frame) == text);
+  }
+  CHECK_FALSE(a->receive(frame));
+  CHECK(a->health() == BusHealth::kActive);
+  CHECK(b->dropped() == 0);
+}
+
+TEST_CASE("Frames that found no room in the receiver's queue are counted", "[vcan]") {
+  if (skipped_without_vcan0()) return;
+  const auto a = open_bus("vcan0", BusRole::kHost), b = open_bus("vcan0", BusRole::kJoin);
+  constexpr int kSent = 20'000;
+  int accepted = 0;
+  for (int i = 0; i < kSent; ++i)
+    if (a->send({.id = 0x123}) == SendResult::kSent) ++accepted;
+  Frame frame;
+  int received = 0;
+  while (b->receive(frame)) ++received;
+  a->send({.id = 0x123});  // the kernel tells the count with the next frame
+  REQUIRE(wait_for(*b, frame));
+  CHECK(received < accepted);
+  CHECK(b->dropped() == static_cast<uint64_t>(accepted - received));
+}
+
+TEST_CASE("Error frames of the controller become the health of the bus", "[vcan]") {
+  if (skipped_without_vcan0()) return;
+  const auto bus = open_bus("vcan0", BusRole::kJoin);
+  const auto after = [&bus](uint32_t error_class, uint8_t controller_state) {
+    put_error("vcan0", error_class, controller_state);
+    Frame frame;
+    for (int tries = 0; tries < 10; ++tries) {
+      CHECK_FALSE(bus->receive(frame));  // error frames are never handed on as data
+      pollfd descriptor{bus->descriptor(), POLLIN, 0};
+      ::poll(&descriptor, 1, 5);
+    }
+    return to_text(bus->health());
+  };
+  CHECK(after(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_WARNING) == std::string("error-active"));
+  CHECK(after(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_PASSIVE) == std::string("error-passive"));
+  CHECK(after(CAN_ERR_CRTL, CAN_ERR_CRTL_ACTIVE) == std::string("error-active"));
+  CHECK(after(CAN_ERR_CRTL, CAN_ERR_CRTL_RX_PASSIVE) == std::string("error-passive"));
+  CHECK(after(CAN_ERR_BUSOFF, 0) == std::string("bus-off"));
+  CHECK(after(CAN_ERR_RESTARTED, 0) == std::string("error-active"));
+}
+
+TEST_CASE("A remote frame, which asks for data and carries none, is passed over", "[vcan]") {
+  if (skipped_without_vcan0()) return;
+  const auto bus = open_bus("vcan0", BusRole::kJoin);
+  can_frame frame{};
+  frame.can_id = CAN_RTR_FLAG | 0x701;
+  frame.can_dlc = 1;
+  put("vcan0", frame);
+  frame.can_id = 0x702;
+  put("vcan0", frame);
+  Frame received;
+  REQUIRE(wait_for(*bus, received));
+  CHECK(received.id == 0x702);
+}
+
+TEST_CASE("An interface that goes down is noticed and survived", "[vcan]") {
+  if (skipped_without_vcan0() || skipped_without_root()) return;
+  const OwnInterface interface;
+  const auto a = open_bus(interface.kName, BusRole::kHost), b = open_bus(interface.kName, BusRole::kJoin);
+  REQUIRE(interface.set("down") == 0);
+  CHECK(a->send({.id = 1}) == SendResult::kDown);
+  CHECK(a->health() == BusHealth::kDown);
+  CHECK_THROWS_WITH(open_bus(interface.kName, BusRole::kJoin),
+                    Catch::Contains("is down") && Catch::Contains("ip link set"));
+  Frame frame;
+  CHECK_FALSE(b->receive(frame));
+  CHECK(b->health() == BusHealth::kDown);
+  REQUIRE(interface.set("up") == 0);
+  CHECK(a->send({.id = 2}) == SendResult::kSent);
+  CHECK(a->health() == BusHealth::kActive);
+  REQUIRE(wait_for(*b, frame));
+  CHECK(frame.id == 2);
+  CHECK(b->health() == BusHealth::kActive);
+}
+
+TEST_CASE("An interface that is removed leaves a bus that is down and harms nobody", "[vcan]") {
+  if (skipped_without_vcan0() || skipped_without_root()) return;
+  const OwnInterface interface;
+  const auto a = open_bus(interface.kName, BusRole::kHost), b = open_bus(interface.kName, BusRole::kJoin);
+  REQUIRE(interface.remove() == 0);
+  Frame frame;
+  for (int tries = 0; tries < 3; ++tries) {
+    CHECK(a->send({.id = 1}) == SendResult::kDown);
+    CHECK_FALSE(b->receive(frame));
+    CHECK(a->health() == BusHealth::kDown);
+    CHECK(b->health() == BusHealth::kDown);
+  }
+}
+
+#ifndef TENDRIL_SANITIZED
+TEST_CASE("Sending and receiving on SocketCAN make no heap call", "[vcan]") {
+  if (skipped_without_vcan0()) return;
+  const auto a = open_bus("vcan0", BusRole::kHost), b = open_bus("vcan0", BusRole::kJoin);
+  Frame frame;
+  const uint64_t before = test::heap_calls();
+  const SendResult sent = a->send({.id = 1});
+  const bool received = wait_for(*b, frame);
+  const uint64_t made = test::heap_calls() - before;
+  CHECK(made == 0);
+  CHECK(sent == SendResult::kSent);
+  CHECK(received);
+}
+#endif
