@@ -1,0 +1,106 @@
+#include "rt/control_loop.h"
+
+#include "rt/heap_guard.h"
+
+namespace tendril::rt {
+namespace {
+
+void fill(TraceRecord& record, std::int64_t now_ns, const hal::Measurement& measurement,
+          const Snapshot* snapshot, const Decision& decision) noexcept {
+  record.intended_ns = now_ns;
+  record.phase = decision.phase;
+  record.faults = decision.faults;
+  record.qp_solved = decision.qp_solved;
+  record.qp_status = decision.qp_status;
+  record.qp_iterations = decision.qp_iterations;
+  record.snapshot_sequence = snapshot ? snapshot->sequence : 0;
+  record.snapshot_age_ns = decision.snapshot_age_ns;
+  record.tracker_stamp_ns = measurement.tracker_stamp_ns;
+  record.tracker = measurement.tracker_position;
+  for (Eigen::Index a = 0; a < decision.lambda.size(); ++a) {
+    record.command[a] = decision.command.position[a];
+    record.measured[a] = measurement.position[a];
+    record.lambda[a] = decision.lambda[a];
+  }
+  for (Eigen::Index e = 0; e < decision.desired.size(); ++e) {
+    record.desired[e] = decision.desired[e];
+    record.p_e[e] = decision.p_e[e];
+  }
+}
+
+void fill(Feedback& feedback, std::int64_t now_ns, const hal::Measurement& measurement,
+          const Decision& decision) noexcept {
+  feedback.stamp_ns = now_ns;
+  feedback.lengths_known = measurement.all_known;
+  feedback.efforts_known = decision.phase >= Phase::kRunning;
+  feedback.lambda = decision.lambda;
+  feedback.delta_a.resize(decision.lambda.size());
+  for (Eigen::Index a = 0; a < decision.lambda.size(); ++a) feedback.delta_a[a] = measurement.position[a];
+}
+
+}  // namespace
+
+ControlLoop::ControlLoop(hal::Bus& bus, hal::DriveMaster& drives, Controller& controller,
+                         TripleBuffer<Snapshot>& snapshots, TripleBuffer<Target>& targets,
+                         TripleBuffer<Feedback>& feedback, const Requests& requests)
+    : bus_(bus),
+      drives_(drives),
+      controller_(controller),
+      snapshots_(snapshots),
+      targets_(targets),
+      feedback_(feedback),
+      requests_(requests) {}
+
+TraceRecord& ControlLoop::cycle(std::int64_t intended_ns, std::int64_t woken_ns, int late_in_a_row) noexcept {
+  hal::Frame frame;
+  for (int k = 0; k < kFramesPerCycle && bus_.receive(frame); ++k) drives_.receive(frame, woken_ns);
+  const hal::Measurement& measurement = drives_.measure(bus_.health(), woken_ns);
+
+  const Snapshot* snapshot = snapshots_.has_value() ? &snapshots_.latest() : nullptr;
+  const Target* target = targets_.has_value() ? &targets_.latest() : nullptr;
+  const Cycle cycle{intended_ns, late_in_a_row, requests_.stop.load(std::memory_order_relaxed),
+                    requests_.model_failed.load(std::memory_order_relaxed)};
+  const Decision& decision = controller_.step(measurement, snapshot, target, cycle);
+
+  frames_.clear();
+  drives_.command(decision.command, woken_ns, frames_);
+  for (const hal::Frame& out : frames_) bus_.send(out);  // what the queue cannot take is counted by the bus
+
+  fill(feedback_.back(), intended_ns, measurement, decision);
+  feedback_.publish();
+  fill(record_, intended_ns, measurement, snapshot, decision);
+  return record_;
+}
+
+void ControlLoop::run(PeriodicClock& clock, TraceRing& trace, LoopCounts& counts,
+                      Progress& progress) noexcept {
+  counts.scheduling = scheduling_of_this_thread();
+  const HeapGuard heap;
+  const PageFaultCounter page_faults;
+  int late_in_a_row = 0;
+  Phase phase = Phase::kConnecting;
+  while (phase != Phase::kStopped) {
+    const std::int64_t intended_ns = clock.wait();
+    const std::int64_t woken_ns = now_ns();
+    TraceRecord& record = cycle(intended_ns, woken_ns, late_in_a_row);
+    phase = record.phase;
+
+    const std::int64_t ended_ns = now_ns();
+    const std::int64_t overdue_ns = ended_ns - clock.next_deadline_ns();
+    record.missed = clock.realign(ended_ns);
+    if (record.missed > 0) counts.wakeup.record_with_missed(overdue_ns, clock.period_ns());
+    late_in_a_row = record.missed > 0 ? late_in_a_row + 1 : 0;
+    record.wakeup_ns = woken_ns - intended_ns;
+    record.cycle_ns = ended_ns - woken_ns;
+    counts.wakeup.record(record.wakeup_ns);
+    counts.cycle.record(record.cycle_ns);
+    counts.cycles += 1 + record.missed;
+    counts.late_cycles += record.missed;
+    trace.push(record);  // a full ring counts what it drops
+  }
+  counts.heap_calls = HeapGuard::available() ? heap.calls() : -1;
+  counts.page_faults = page_faults.faults();
+  progress.ended.store(true, std::memory_order_release);
+}
+
+}  // namespace tendril::rt

@@ -1,0 +1,222 @@
+#include "rt/controller.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tendril::rt {
+namespace {
+
+// A stop takes the commanded speed to zero within this time.
+constexpr double kRampTime = 0.2;  // s
+// Relaxing lets cables out at this share of their top speed.
+constexpr double kRelaxShare = 0.25;
+// Relaxing has arrived when it is as near to the rest length as this.
+constexpr double kArrived = 1e-7;  // m
+// By how much the QP's answer may pass a stroke before it counts as a conflict of limits.
+constexpr double kStrokeTolerance = 1e-6;  // m
+// Targets on the border of the workspace are inside in spite of rounding.
+constexpr double kBorder = 1e-9;  // m
+// How long drives may take to disable before the run ends without them.
+constexpr std::int64_t kDisableLimit_ns = 1'000'000'000;
+
+bool inside(const EffectorVector& p, const EffectorVector& lower, const EffectorVector& upper) noexcept {
+  return p.allFinite() && (p.array() >= lower.array() - kBorder).all() &&
+         (p.array() <= upper.array() + kBorder).all();
+}
+
+}  // namespace
+
+const char* name(Phase phase) noexcept {
+  static constexpr const char* kNames[] = {"connect", "model", "enable", "run", "stop", "disable", "stopped"};
+  return kNames[static_cast<std::size_t>(phase)];
+}
+
+Controller::Controller(const ControllerConfig& config) : config_(config) {
+  const auto m = config.actuators;
+  delta_a_.setZero(m);
+  velocity_.setZero(m);
+  g_.setZero(m);
+  bounds_ = {config.a_min, config.a_max, config.l_min, config.l_max};
+  decision_.command.axes = m;
+  decision_.lambda.setZero(m);
+  decision_.desired.setZero(config.effector_coordinates);
+  decision_.p_e.setZero(config.effector_coordinates);
+  const double relaxing_s =
+      ((config.l_max - config.l_min).array() / (kRelaxShare * config.v_max.array())).maxCoeff();
+  stop_limit_ns_ =
+      std::llround(1e9 * (2 * kRampTime + (config.stop == StopAction::kRelax ? 2 * relaxing_s : 0)));
+}
+
+const Decision& Controller::step(const hal::Measurement& measurement, const Snapshot* snapshot,
+                                 const Target* target, const Cycle& cycle) noexcept {
+  const FaultSet before = decision_.faults;
+  decision_.faults = {};
+  decision_.qp_solved = false;
+  decision_.qp_iterations = 0;
+  decision_.snapshot_age_ns = snapshot ? cycle.now_ns - snapshot->stamp_ns : 0;
+  stop_if_demanded(measurement, cycle, before);
+  const bool was_running = decision_.phase == Phase::kRunning;
+  advance_phase(measurement, snapshot, cycle.now_ns);
+  switch (decision_.phase) {
+    case Phase::kConnecting:
+    case Phase::kModelling:
+    case Phase::kEnabling:  // hold what is measured: enabling must not move anything
+      for (int a = 0; a < config_.actuators; ++a) delta_a_[a] = measurement.position[a];
+      break;
+    case Phase::kRunning:  // the first command that drives follow is what they have measured
+      serve_target(target, cycle.now_ns);
+      if (was_running) run(*snapshot, cycle.now_ns);
+      break;
+    case Phase::kStopping:
+      brake(config_.stop == StopAction::kRelax);
+      break;
+    case Phase::kDisabling:
+    case Phase::kStopped:
+      break;
+  }
+  for (int a = 0; a < config_.actuators; ++a) decision_.command.position[a] = delta_a_[a];
+  decision_.command.enable = decision_.phase >= Phase::kEnabling && decision_.phase <= Phase::kStopping;
+  decision_.command.finish = decision_.phase >= Phase::kDisabling;
+  return decision_;
+}
+
+void Controller::enter(Phase phase, std::int64_t now_ns) noexcept {
+  decision_.phase = phase;
+  phase_since_ns_ = now_ns;
+}
+
+void Controller::stop_if_demanded(const hal::Measurement& measurement, const Cycle& cycle,
+                                  FaultSet before) noexcept {
+  if (measurement.fault.kind != hal::FaultKind::kNone) decision_.faults.add(Fault::kDrives);
+  if (cycle.late_in_a_row > config_.late_cycles_limit) decision_.faults.add(Fault::kLateCycles);
+  if (cycle.model_failed) decision_.faults.add(Fault::kModelFailed);
+  if (stopping()) return;
+  for (const FaultRule& entry : kFaultTable)
+    if (entry.reaction == Reaction::kStop && (decision_.faults.has(entry.fault) || before.has(entry.fault))) {
+      faulted_ = true;
+      stop_reason_ = entry.fault;
+      drive_fault_ = measurement.fault;
+    }
+  // Only drives that follow commands can be braked.
+  if (faulted_ || cycle.stop_requested)
+    enter(decision_.phase == Phase::kRunning ? Phase::kStopping : Phase::kDisabling, cycle.now_ns);
+}
+
+void Controller::advance_phase(const hal::Measurement& measurement, const Snapshot* snapshot,
+                               std::int64_t now_ns) noexcept {
+  const std::int64_t elapsed_ns = now_ns - phase_since_ns_;
+  switch (decision_.phase) {
+    case Phase::kConnecting:
+      if (measurement.all_known) enter(Phase::kModelling, now_ns);
+      break;
+    case Phase::kModelling:
+      if (snapshot) enter(Phase::kEnabling, now_ns);
+      break;
+    case Phase::kEnabling:
+      if (!measurement.all_enabled) break;
+      enter(Phase::kRunning, now_ns);
+      for (int a = 0; a < config_.actuators; ++a) delta_a_[a] = measurement.position[a];
+      velocity_.setZero();
+      decision_.lambda = snapshot->lambda;
+      decision_.p_e.noalias() = snapshot->W_ea * decision_.lambda + snapshot->p_e_free;
+      decision_.desired = decision_.p_e;
+      break;
+    case Phase::kStopping:
+      if (at_rest() || elapsed_ns > stop_limit_ns_) enter(Phase::kDisabling, now_ns);
+      break;
+    case Phase::kDisabling:
+      if (measurement.finished || elapsed_ns > kDisableLimit_ns) enter(Phase::kStopped, now_ns);
+      break;
+    case Phase::kRunning:
+    case Phase::kStopped:
+      break;
+  }
+}
+
+void Controller::serve_target(const Target* target, std::int64_t now_ns) noexcept {
+  if (!target) return;
+  if (now_ns - target->stamp_ns > config_.target_age_limit_ns) {
+    decision_.faults.add(Fault::kTargetStale);
+    return;
+  }
+  const bool fits = target->position.size() == config_.effector_coordinates &&
+                    target->velocity.size() == config_.effector_coordinates;
+  if (!fits || !inside(target->at(now_ns), config_.workspace_min, config_.workspace_max)) {
+    decision_.faults.add(Fault::kTargetRefused);
+    return;
+  }
+  decision_.desired = target->at(now_ns);
+  has_target_ = true;
+}
+
+void Controller::run(const Snapshot& snapshot, std::int64_t now_ns) noexcept {
+  if (now_ns - snapshot.stamp_ns > config_.snapshot_age_limit_ns) decision_.faults.add(Fault::kSnapshotStale);
+  if (has_target_ && !decision_.faults.demand(Reaction::kHoldLengths)) solve(snapshot);
+  if (!has_target_ || decision_.faults.demand(Reaction::kHoldLengths)) brake(false);
+  decision_.p_e.noalias() = snapshot.W_ea * decision_.lambda + snapshot.p_e_free;
+  if (!has_target_) decision_.desired = decision_.p_e;
+}
+
+void Controller::solve(const Snapshot& snapshot) noexcept {
+  // Rate limits narrow the strokes to a window around the last command; where a cable stands outside its
+  // stroke (it may have been moved by hand), the window leads back to it as fast as it may.
+  const ActuatorVector reach = config_.v_max * config_.period_s;
+  const ActuatorVector lower = config_.l_min.cwiseMax(delta_a_ - reach).cwiseMin(delta_a_ + reach);
+  const ActuatorVector upper = config_.l_max.cwiseMin(delta_a_ + reach).cwiseMax(delta_a_ - reach);
+  bounds_.row_lower = lower - snapshot.delta_a_free;
+  bounds_.row_upper = upper - snapshot.delta_a_free;
+  g_.noalias() = snapshot.W_ea.transpose() * (snapshot.p_e_free - decision_.desired);
+
+  const qp::Solution& solution =
+      solver_.solve(snapshot.problem, g_, bounds_, decision_.lambda, config_.iteration_cap);
+  decision_.qp_solved = true;
+  decision_.qp_status = solution.status;
+  decision_.qp_iterations = solution.iterations;
+  if (solution.status == qp::Status::kCapped) decision_.faults.add(Fault::kQpCapped);
+  if (solution.status == qp::Status::kIllPosed) decision_.faults.add(Fault::kQpIllPosed);
+  if (decision_.faults.demand(Reaction::kHoldLengths)) return;
+
+  decision_.lambda = solution.x;
+  const ActuatorVector asked = snapshot.W_aa * solution.x + snapshot.delta_a_free;
+  // Where only the top speed stands in the way, the efforts' limits will be met in a few cycles.
+  if (((asked - config_.l_max).array() > kStrokeTolerance).any() ||
+      ((config_.l_min - asked).array() > kStrokeTolerance).any())
+    decision_.faults.add(Fault::kQpSoftened);
+  const ActuatorVector next = asked.cwiseMax(lower).cwiseMin(upper);
+  velocity_ = (next - delta_a_) / config_.period_s;
+  delta_a_ = next;
+}
+
+double Controller::rest_length(int a) const noexcept {
+  return std::clamp(0.0, config_.l_min[a], config_.l_max[a]);
+}
+
+bool Controller::at_rest() const noexcept {
+  bool there = velocity_.isZero(0);
+  for (int a = 0; a < config_.actuators && config_.stop == StopAction::kRelax; ++a)
+    there = there && std::abs(delta_a_[a] - rest_length(a)) < kArrived;
+  return there;
+}
+
+void Controller::brake(bool relax) noexcept {
+  const double T = config_.period_s;
+  for (int a = 0; a < config_.actuators; ++a) {
+    const double deceleration = config_.v_max[a] / kRampTime;
+    double wanted = 0;
+    if (relax) {
+      // The fastest speed from which steps of deceleration · T come to a halt at the rest length, not beyond
+      // it.
+      const double way = rest_length(a) - delta_a_[a], distance = std::abs(way);
+      const double stoppable = deceleration * (std::sqrt(T * T / 4 + 2 * distance / deceleration) - T / 2);
+      wanted = std::copysign(std::min({kRelaxShare * config_.v_max[a], stoppable, distance / T}), way);
+    }
+    velocity_[a] = std::clamp(wanted, velocity_[a] - deceleration * T, velocity_[a] + deceleration * T);
+    const double next = delta_a_[a] + velocity_[a] * T;
+    if ((velocity_[a] > 0 && next > config_.l_max[a]) || (velocity_[a] < 0 && next < config_.l_min[a]))
+      velocity_[a] = 0;
+    else
+      delta_a_[a] = next;
+  }
+}
+
+}  // namespace tendril::rt

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <cstdint>
+
+#include "hal/drives.h"
+#include "qp/solver.h"
+#include "rt/faults.h"
+#include "rt/snapshot.h"
+#include "rt/target.h"
+
+namespace tendril::rt {
+
+/// Where a run stands. Each phase leads to the next or to kStopping.
+enum class Phase : std::uint8_t {
+  kConnecting,  ///< until every drive has told its position
+  kModelling,   ///< until the model rests at the measured lengths and has published a snapshot
+  kEnabling,    ///< until every drive follows its command; they hold where they are
+  kRunning,
+  kStopping,   ///< the ramp of StopAction
+  kDisabling,  ///< until no drive holds torque and all are told the end
+  kStopped,
+};
+
+/// "connect", "model", "enable", "run", "stop", "disable", "stopped". Real-time: wait-free.
+const char* name(Phase phase) noexcept;
+
+/// How a stop ends the motion, before the drives are disabled.
+enum class StopAction : std::uint8_t {
+  kHold,   ///< come to a halt and stay
+  kRelax,  ///< come to a halt, then let the cables out to the rest length
+};
+
+struct ControllerConfig {
+  int actuators = 0;                            ///< m
+  int effector_coordinates = 0;                 ///< e
+  ActuatorVector a_min, a_max;                  ///< efforts, m, N
+  ActuatorVector l_min, l_max;                  ///< strokes, m, m
+  ActuatorVector v_max;                         ///< top speeds, m, m/s
+  EffectorVector workspace_min, workspace_max;  ///< where targets may lie, e, m
+  int iteration_cap = 100;                      ///< of the QP
+  double period_s = 0;                          ///< s
+  std::int64_t snapshot_age_limit_ns = 0;
+  std::int64_t target_age_limit_ns = 0;
+  int late_cycles_limit = 0;  ///< in a row
+  StopAction stop = StopAction::kHold;
+};
+
+/// What one cycle is told beside measurement, snapshot and target.
+struct Cycle {
+  std::int64_t now_ns = 0;  ///< the instant the cycle is for: its intended wake-up
+  /// Cycles before this one that ended late, in a row. A long stall is one cycle: it is left to the drives,
+  /// which watch our heartbeat.
+  int late_in_a_row = 0;
+  bool stop_requested = false;  ///< the operator wants the run to end
+  bool model_failed = false;    ///< the model thread has given up
+};
+
+/// What one cycle came to.
+struct Decision {
+  Phase phase = Phase::kConnecting;
+  hal::Command command;    ///< to the drives
+  FaultSet faults;         ///< present in this cycle
+  ActuatorVector lambda;   ///< efforts the command stands for, m, N
+  EffectorVector desired;  ///< target served, e, m
+  EffectorVector p_e;      ///< where the model puts the effectors under lambda, e, m
+  bool qp_solved = false;  ///< whether a QP was posed in this cycle
+  qp::Status qp_status = qp::Status::kOptimal;
+  int qp_iterations = 0;
+  std::int64_t snapshot_age_ns = 0;
+};
+
+/// The control law: from what is measured, known and wanted to what the drives shall do. A function of its
+/// arguments and its own small state; no clock, no input or output, no globals.
+///
+/// While running it solves, for the newest target on the newest snapshot [Largilliere 2015, eqs. 5-6],
+///   min ½ λᵀHλ + λᵀW_eaᵀδ_e_free   s.t.   a_min ≤ λ ≤ a_max,   l_min ≤ W_aa λ + δ_a_free ≤ l_max,
+/// the latter narrowed to what the top speeds allow within one period, and commands δ_a = W_aa λ + δ_a_free.
+/// Whatever happens, no command moves a cable faster than its top speed or leads it further out of its
+/// stroke.
+class Controller {
+ public:
+  /// Real-time: no (copies).
+  explicit Controller(const ControllerConfig& config);
+
+  /// One cycle.
+  /// @param snapshot  nullptr until there is one
+  /// @param target    nullptr until there is one
+  /// @return  valid until the next call
+  /// Real-time: bounded by the QP's iteration cap; allocates nothing, takes no lock.
+  const Decision& step(const hal::Measurement& measurement, const Snapshot* snapshot, const Target* target,
+                       const Cycle& cycle) noexcept;
+
+  /// Why the run stopped: meaningful once `stopping()`.
+  bool stopping() const noexcept { return decision_.phase >= Phase::kStopping; }
+  /// True where the stop was a fault and not asked for.
+  bool faulted() const noexcept { return faulted_; }
+  Fault stop_reason() const noexcept { return stop_reason_; }
+  const hal::DriveFault& drive_fault() const noexcept { return drive_fault_; }
+
+ private:
+  void advance_phase(const hal::Measurement& measurement, const Snapshot* snapshot,
+                     std::int64_t now_ns) noexcept;
+  void stop_if_demanded(const hal::Measurement& measurement, const Cycle& cycle, FaultSet before) noexcept;
+  void enter(Phase phase, std::int64_t now_ns) noexcept;
+  void serve_target(const Target* target, std::int64_t now_ns) noexcept;
+  void run(const Snapshot& snapshot, std::int64_t now_ns) noexcept;
+  void solve(const Snapshot& snapshot) noexcept;
+  void brake(bool relax) noexcept;
+  double rest_length(int a) const noexcept;
+  bool at_rest() const noexcept;
+
+  ControllerConfig config_;
+  qp::Solver solver_;
+  qp::Bounds bounds_;
+  Decision decision_;
+  ActuatorVector delta_a_;   // last command, m
+  ActuatorVector velocity_;  // of the last command, m/s
+  ActuatorVector g_;         // linear term of the QP
+  bool has_target_ = false;
+  bool faulted_ = false;
+  Fault stop_reason_ = Fault::kDrives;
+  hal::DriveFault drive_fault_;
+  std::int64_t phase_since_ns_ = 0;
+  std::int64_t stop_limit_ns_;  // the longest that coming to a halt can take
+};
+
+}  // namespace tendril::rt

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace tendril::rt {
+
+/// What can be wrong in a control cycle.
+enum class Fault : std::uint8_t {
+  kSnapshotStale,
+  kTargetStale,
+  kTargetRefused,
+  kQpSoftened,
+  kQpCapped,
+  kQpIllPosed,
+  kLateCycles,
+  kModelFailed,
+  kDrives,
+};
+inline constexpr int kFaultKinds = 9;
+
+/// What the controller does about it, from the mildest on.
+enum class Reaction : std::uint8_t {
+  kServe,        ///< goes on with what it has; the cycle's command is within all limits
+  kHoldTarget,   ///< goes on toward the last good target
+  kHoldLengths,  ///< comes to a halt and stays until the fault has passed
+  kStop,         ///< controlled stop of all drives; the reason is latched
+};
+
+struct FaultRule {
+  Fault fault;
+  Reaction reaction;
+  const char* words;
+};
+
+/// The fault table: every fault, what it leads to, and how a log calls it.
+inline constexpr std::array<FaultRule, kFaultKinds> kFaultTable{{
+    {Fault::kSnapshotStale, Reaction::kHoldLengths, "the newest model snapshot is older than its limit"},
+    {Fault::kTargetStale, Reaction::kHoldTarget, "the newest target is older than its limit"},
+    {Fault::kTargetRefused, Reaction::kHoldTarget, "the target is not finite or outside the workspace"},
+    {Fault::kQpSoftened, Reaction::kServe, "effort and stroke limits conflict; efforts win"},
+    {Fault::kQpCapped, Reaction::kHoldLengths, "the QP was stopped at its iteration cap"},
+    {Fault::kQpIllPosed, Reaction::kHoldLengths, "the QP was refused as ill-posed"},
+    {Fault::kLateCycles, Reaction::kStop, "too many late cycles in a row"},
+    {Fault::kModelFailed, Reaction::kStop,
+     "the model failed: no equilibrium at the measured lengths, or no memory"},
+    {Fault::kDrives, Reaction::kStop, "a drive or the bus failed"},
+}};
+
+constexpr const FaultRule& rule(Fault fault) noexcept { return kFaultTable[static_cast<std::size_t>(fault)]; }
+
+/// The faults present in one cycle.
+class FaultSet {
+ public:
+  void add(Fault fault) noexcept { bits_ |= bit(fault); }
+  bool has(Fault fault) const noexcept { return (bits_ & bit(fault)) != 0; }
+  /// Whether one of them demands at least that reaction.
+  bool demand(Reaction reaction) const noexcept {
+    for (const FaultRule& entry : kFaultTable)
+      if (has(entry.fault) && entry.reaction >= reaction) return true;
+    return false;
+  }
+  std::uint32_t bits() const noexcept { return bits_; }
+
+ private:
+  static constexpr std::uint32_t bit(Fault fault) noexcept { return 1u << static_cast<unsigned>(fault); }
+  std::uint32_t bits_ = 0;
+};
+
+}  // namespace tendril::rt

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+
+namespace tendril::rt {
+
+/// Page faults of one thread.
+struct PageFaults {
+  std::int64_t minor = 0;  // the page was in memory and only had to be mapped: microseconds
+  std::int64_t major = 0;  // the page had to be read from a disk: milliseconds
+};
+
+/// Counts the page faults of the thread that made it, from then on.
+class PageFaultCounter {
+ public:
+  /// Real-time: one system call, takes no lock.
+  PageFaultCounter() noexcept;
+
+  /// The faults since construction; only the thread that made the counter may ask.
+  /// Real-time: one system call, takes no lock.
+  PageFaults faults() const noexcept;
+
+ private:
+  PageFaults at_start_;
+};
+
+}  // namespace tendril::rt

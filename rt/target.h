@@ -1,0 +1,27 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "rt/snapshot.h"
+
+namespace tendril::rt {
+
+/// Where the effectors are wanted: a straight piece of path, so that a target that arrives late or seldom
+/// still moves smoothly.
+struct Target {
+  EffectorVector position;  ///< at stamp_ns, e, m
+  EffectorVector velocity;  ///< from stamp_ns until until_ns, e, m/s
+  std::int64_t stamp_ns = 0;
+  std::int64_t until_ns = 0;  ///< the target stands still from here on
+
+  /// Wanted position at an instant, e, m.
+  /// Real-time: wait-free.
+  EffectorVector at(std::int64_t now_ns) const noexcept {
+    const std::int64_t elapsed_ns =
+        std::clamp<std::int64_t>(now_ns - stamp_ns, 0, std::max<std::int64_t>(0, until_ns - stamp_ns));
+    return position + velocity * (1e-9 * static_cast<double>(elapsed_ns));
+  }
+};
+
+}  // namespace tendril::rt

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "qp/solver.h"
+#include "rt/controller.h"
+
+namespace tendril::rt {
+
+/// One cycle as the log keeps it: fixed size, plain data.
+struct TraceRecord {
+  std::int64_t intended_ns = 0;  ///< intended wake-up, CLOCK_MONOTONIC
+  std::int64_t wakeup_ns = 0;    ///< actual wake-up after the intended one
+  std::int64_t cycle_ns = 0;     ///< from wake-up to the end of the cycle's work
+  std::int64_t missed = 0;       ///< deadlines skipped because this cycle ended late
+  Phase phase = Phase::kConnecting;
+  FaultSet faults;
+  bool qp_solved = false;  ///< whether a QP was posed
+  qp::Status qp_status = qp::Status::kOptimal;
+  int qp_iterations = 0;
+  std::uint64_t snapshot_sequence = 0;  ///< 0: none yet
+  std::int64_t snapshot_age_ns = 0;
+  std::int64_t tracker_stamp_ns = 0;                      ///< when the tracker saw the effector; 0: never
+  std::array<double, 3> tracker{};                        ///< m
+  std::array<double, kMaxActuators> command{};            ///< δ_a commanded, m
+  std::array<double, kMaxActuators> measured{};           ///< δ_a measured, m
+  std::array<double, kMaxActuators> lambda{};             ///< N
+  std::array<double, kMaxEffectorCoordinates> desired{};  ///< m
+  std::array<double, kMaxEffectorCoordinates> p_e{};      ///< the model's, m
+};
+
+}  // namespace tendril::rt

@@ -1,0 +1,157 @@
+#include "rt/control_loop.h"
+
+#include <catch2/catch.hpp>
+#include <limits>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "hal/virtual_bus.h"
+#include "rt/heap_guard.h"
+#include "tests/rt/one_cable.h"
+
+namespace tendril::rt {
+namespace {
+
+using testing::kMillisecond;
+
+/// Drives that are known and enabled as soon as they are asked, and that answer with what they were told.
+class ObedientDrives final : public hal::DriveMaster {
+ public:
+  void receive(const hal::Frame&, std::int64_t) noexcept override { ++received; }
+  const hal::Measurement& measure(hal::BusHealth, std::int64_t now_ns) noexcept override {
+    measurement_.stamp_ns = now_ns;
+    measurement_.axes = 1;
+    measurement_.all_known = true;
+    return measurement_;
+  }
+  void command(const hal::Command& command, std::int64_t, hal::FrameBatch& out) noexcept override {
+    out.push({0x201, false, 6, {}});
+    out.push({0x080, false, 0, {}});
+    measurement_.all_enabled = command.enable;
+    measurement_.all_disabled = measurement_.finished = !command.enable;
+    if (command.enable) measurement_.position = command.position;
+  }
+  std::string describe(const hal::DriveFault&) const override { return {}; }
+
+  int received = 0;
+
+ private:
+  hal::Measurement measurement_;
+};
+
+/// On a loaded machine many cycles in a row may be late; here that is no reason to stop.
+ControllerConfig patient() {
+  ControllerConfig config = testing::one_cable();
+  config.late_cycles_limit = std::numeric_limits<int>::max();
+  config.snapshot_age_limit_ns = config.target_age_limit_ns = 3600 * 1000 * kMillisecond;
+  return config;
+}
+
+struct Loop {
+  TripleBuffer<Snapshot> snapshots;
+  TripleBuffer<Target> targets;
+  TripleBuffer<Feedback> feedback;
+  Requests requests;
+  TraceRing trace;
+  Progress progress;
+  hal::VirtualBus medium;
+  hal::VirtualEndpoint& bus = medium.attach("controller");
+  hal::VirtualEndpoint& peer = medium.attach("peer");
+  ObedientDrives drives;
+  Controller controller{patient()};
+  ControlLoop loop{bus, drives, controller, snapshots, targets, feedback, requests};
+
+  void publish(std::int64_t now_ns, double goal) {
+    testing::fill_snapshot(snapshots.back(), now_ns);
+    snapshots.publish();
+    targets.back() = testing::still(goal, now_ns);
+    targets.publish();
+  }
+};
+
+TEST_CASE("A cycle reads what has arrived, writes its frames in order, feeds back and records", "[unit]") {
+  const auto rig = std::make_unique<Loop>();
+  std::int64_t now_ns = 1000 * kMillisecond;
+  rig->peer.send({0x181, false, 6, {}});
+  rig->peer.send({0x181, false, 6, {}});
+  for (int k = 0; k < 20; ++k) {
+    now_ns += kMillisecond;
+    rig->publish(now_ns, 0.005);
+    rig->loop.cycle(now_ns, now_ns, 0);
+  }
+  CHECK(rig->drives.received == 2);
+  hal::Frame frame;
+  REQUIRE(rig->peer.receive(frame));
+  CHECK(frame.id == 0x201);
+  REQUIRE(rig->peer.receive(frame));
+  CHECK(frame.id == 0x080);
+
+  const TraceRecord& record = rig->loop.cycle(now_ns + kMillisecond, now_ns + kMillisecond, 0);
+  CHECK(record.phase == Phase::kRunning);
+  CHECK(record.intended_ns == now_ns + kMillisecond);
+  CHECK(record.snapshot_sequence > 0);
+  CHECK(record.snapshot_age_ns == kMillisecond);
+  CHECK(record.desired[0] == 0.005);
+  CHECK(record.p_e[0] == Approx(0.005).margin(1e-9));
+  const Feedback& feedback = rig->feedback.latest();
+  CHECK(feedback.efforts_known);
+  CHECK(feedback.lambda[0] == Approx(0.005 / testing::kCoupling));
+  CHECK(feedback.delta_a[0] == Approx(record.measured[0]));
+}
+
+TEST_CASE("The loop on the clock counts every deadline, traces every cycle and makes no heap call", "[rt]") {
+  const auto rig = std::make_unique<Loop>();
+  const auto counts = std::make_unique<LoopCounts>();
+  rig->publish(now_ns(), 0.005);
+  PeriodicClock clock(500);
+  std::thread control([&] { rig->loop.run(clock, rig->trace, *counts, rig->progress); });
+  TraceRecord record;
+  std::vector<TraceRecord> records;
+  while (records.size() < 300) {
+    rig->publish(now_ns(), 0.005 + 1e-5 * static_cast<double>(records.size() % 100));
+    while (rig->trace.pop(record)) records.push_back(record);
+    std::this_thread::yield();
+  }
+  rig->requests.stop = true;
+  control.join();
+  while (rig->trace.pop(record)) records.push_back(record);
+
+  CHECK(rig->progress.ended);
+  CHECK(records.back().phase == Phase::kStopped);
+  std::int64_t missed = 0;
+  for (size_t k = 0; k < records.size(); ++k) {
+    if (k > 0) {
+      // On the grid, whatever the machine did meanwhile.
+      const auto periods = static_cast<double>(records[k].intended_ns - records[k - 1].intended_ns) / 2e6;
+      CHECK(periods == Approx(static_cast<double>(1 + records[k - 1].missed)).margin(1e-6));
+    }
+    missed += records[k].missed;
+  }
+  CHECK(rig->trace.dropped() == 0);
+  CHECK(counts->late_cycles == missed);
+  CHECK(counts->cycles == static_cast<std::int64_t>(records.size()) + missed);
+  CHECK(counts->wakeup.count() >= counts->cycles);
+  if (HeapGuard::available())
+    CHECK(counts->heap_calls == 0);
+  else
+    CHECK(counts->heap_calls == -1);
+}
+
+TEST_CASE("The loop ends when asked, even where nobody reads the trace", "[rt]") {
+  const auto rig = std::make_unique<Loop>();
+  const auto counts = std::make_unique<LoopCounts>();
+  TraceRecord record;
+  while (rig->trace.push(record)) {
+  }
+  rig->publish(now_ns(), 0.005);
+  rig->requests.stop = true;
+  PeriodicClock clock(1000);
+  std::thread control([&] { rig->loop.run(clock, rig->trace, *counts, rig->progress); });
+  control.join();
+  CHECK(rig->progress.ended);
+  CHECK(rig->trace.dropped() > 1);
+}
+
+}  // namespace
+}  // namespace tendril::rt

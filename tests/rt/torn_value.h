@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <thread>
+
+namespace tendril::rt {
+
+/// Gives the processor away at random moments, so that threads interleave in the middle of their reads and
+/// writes even where they share one core. Each thread has its own sequence, fixed by its seed.
+class Interruptions {
+ public:
+  static void seed(std::uint64_t seed) { state() = seed * 2654435761u + 1; }
+  static void maybe() {
+    std::uint64_t& x = state();
+    x ^= x << 13;
+    x ^= x >> 7;
+    x ^= x << 17;
+    if (x % 512 == 0) std::this_thread::yield();
+  }
+
+ private:
+  static std::uint64_t& state() {
+    thread_local std::uint64_t value = 1;
+    return value;
+  }
+};
+
+/// A value that shows whether it is torn: each of its words follows from its number, and each is written,
+/// read and copied one by one with interruptions in between.
+class TornValue {
+ public:
+  void write(std::uint64_t number) noexcept {
+    for (std::size_t i = 0; i < words_.size(); ++i) {
+      Interruptions::maybe();
+      words_[i] = word(number, i);
+    }
+  }
+
+  std::uint64_t number() const noexcept { return words_[0]; }
+
+  bool torn() const noexcept {
+    const std::uint64_t expected = number();
+    bool torn = false;
+    for (std::size_t i = 0; i < words_.size(); ++i) {
+      Interruptions::maybe();
+      torn |= words_[i] != word(expected, i);
+    }
+    return torn;
+  }
+
+  TornValue() { words_.fill(0), write(0); }
+  TornValue(const TornValue& other) noexcept { *this = other; }
+  TornValue& operator=(const TornValue& other) noexcept {
+    for (std::size_t i = 0; i < words_.size(); ++i) {
+      Interruptions::maybe();
+      words_[i] = other.words_[i];
+    }
+    return *this;
+  }
+
+ private:
+  static std::uint64_t word(std::uint64_t number, std::size_t i) {
+    return number + i * 0x9E3779B97F4A7C15u * number;
+  }
+  std::array<std::uint64_t, 48> words_;
+};
+
+}  // namespace tendril::rt
