@@ -1,0 +1,25 @@
+#include "app/bus_check.h"
+
+#include <fmt/format.h>
+
+#include "app/robot.h"
+
+namespace tendril::app {
+
+hal::BusBudget check_bus(const Config& config) {
+  const hal::MasterConfig master = master_config(config);
+  const auto refuse = [&](const std::string& what) {
+    throw ConfigError(fmt::format("{}:{}: bus: {}", config.file.string(), config.bus.line, what));
+  };
+  try {
+    hal::check(master);
+  } catch (const std::invalid_argument& error) {
+    refuse(error.what());
+  }
+  const auto traffic = hal::periodic_frames(master);
+  hal::BusBudget budget = hal::judge_bus(traffic, config.bus.bitrate);
+  if (budget.verdict == hal::BusBudget::Verdict::kExceeds) refuse(budget.text);
+  return budget;
+}
+
+}  // namespace tendril::app

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "app/config.h"
+#include "hal/bus_budget.h"
+
+namespace tendril::app {
+
+/// What the frames of a running robot need of its bus, at worst.
+/// @throws ConfigError where they cannot fit the bit rate, or two senders share an identifier
+/// Real-time: no.
+hal::BusBudget check_bus(const Config& config);
+
+}  // namespace tendril::app

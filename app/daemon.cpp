@@ -1,0 +1,200 @@
+#include "app/daemon.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <systemd/sd-daemon.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "app/bus_check.h"
+#include "app/channels.h"
+#include "app/model_thread.h"
+#include "app/motion.h"
+#include "app/report_pictures.h"
+#include "app/robot.h"
+#include "app/run_recorder.h"
+#include "app/stop_signal.h"
+#include "hal/bus.h"
+#include "hal/cia402_master.h"
+#include "rt/memory.h"
+#include "rt/periodic_clock.h"
+#include "rt/rt_error.h"
+
+namespace tendril::app {
+namespace {
+
+constexpr auto kHousekeeping = std::chrono::milliseconds(5);
+constexpr std::int64_t kProgress_ns = 1'000'000'000;
+
+/// Locks memory, or says why it runs without.
+bool lock_memory(bool allow_non_rt) {
+  try {
+    rt::lock_memory();
+    return true;
+  } catch (const rt::RtError& error) {
+    if (!allow_non_rt) throw;
+    spdlog::warn("{}", error.what());
+    return false;
+  }
+}
+
+struct StopAtExit {
+  rt::Requests& requests;
+  ~StopAtExit() { requests.stop = true; }
+};
+
+/// What the main thread does while the control thread runs: drains the trace, feeds targets, shows progress.
+class Housekeeping {
+ public:
+  Housekeeping(const Config& config, const DaemonOptions& options, Channels& channels,
+               const ModelThread& model, RunRecorder* recorder)
+      : config_(config), options_(options), channels_(channels), model_(model), recorder_(recorder) {}
+
+  /// One round. What the control thread waits for comes first, what may take its time last.
+  void tend() {
+    const std::int64_t now_ns = rt::now_ns();
+    if (motion_) {
+      channels_.targets.back() = motion_->at(now_ns);
+      channels_.targets.publish();
+    }
+    const bool time_is_up = options_.duration_s > 0 && running_since_ns_ > 0 &&
+                            1e-9 * static_cast<double>(now_ns - running_since_ns_) > options_.duration_s;
+    if (stop_signalled() || time_is_up) channels_.requests.stop = true;
+    drain();
+    if (now_ns >= next_progress_ns_) show_progress(now_ns);
+  }
+
+  /// Takes what is left in the ring.
+  void drain() {
+    rt::TraceRecord record;
+    while (channels_.trace.pop(record)) {
+      if (record.phase != last_.phase) announce(record);
+      if (record.faults.bits() != last_.faults.bits()) tell_faults(record.faults, record.intended_ns);
+      late_ += record.missed;
+      if (recorder_) recorder_->add(record, motion_ ? &*motion_ : nullptr);
+      last_ = record;
+    }
+  }
+
+ private:
+  /// Tells of a change in what is wrong, at most once in a while.
+  void tell_faults(rt::FaultSet faults, std::int64_t now_ns) {
+    if (now_ns < next_tale_ns_) return;
+    next_tale_ns_ = now_ns + kProgress_ns;
+    for (const rt::FaultRule& rule : rt::kFaultTable)
+      if (faults.has(rule.fault)) spdlog::warn("{}", rule.words);
+    if (faults.bits() == 0) spdlog::info("no fault any more");
+  }
+
+  void announce(const rt::TraceRecord& record) {
+    spdlog::info("phase: {}", rt::name(record.phase));
+    if (record.phase == rt::Phase::kRunning) {
+      running_since_ns_ = record.intended_ns;
+      if (config_.motion)
+        motion_.emplace(config_,
+                        rt::EffectorVector(Eigen::Map<const Eigen::VectorXd>(
+                            record.p_e.data(), static_cast<Eigen::Index>(effector_rows(config_).size()))),
+                        record.intended_ns);
+      sd_notify(0, "READY=1");
+    }
+    if (record.phase == rt::Phase::kStopping) sd_notify(0, "STOPPING=1");
+  }
+
+  void show_progress(std::int64_t now_ns) {
+    next_progress_ns_ = now_ns + kProgress_ns;
+    // Whoever reads our output may have stopped reading; the robot does not wait for them.
+    pollfd output{STDOUT_FILENO, POLLOUT, 0};
+    if (poll(&output, 1, 0) != 1 || (output.revents & POLLOUT) == 0) return;
+    std::string error = "-";
+    if (recorder_ && recorder_->last_error_mm())
+      error = fmt::format("{:.2f} mm", *recorder_->last_error_mm());
+    const double elapsed = running_since_ns_ > 0 ? 1e-9 * static_cast<double>(now_ns - running_since_ns_) : 0;
+    const double rate =
+        model_.active_seconds() > 0 ? static_cast<double>(model_.refreshes()) / model_.active_seconds() : 0;
+    fmt::print("{:5.0f} s  {:8}  error {:>8}  model {:5.0f} Hz  late {}\n", elapsed, rt::name(last_.phase),
+               error, rate, late_);
+    std::fflush(stdout);
+  }
+
+  const Config& config_;
+  const DaemonOptions& options_;
+  Channels& channels_;
+  const ModelThread& model_;
+  RunRecorder* recorder_;
+  std::optional<Motion> motion_;
+  rt::TraceRecord last_;
+  std::int64_t running_since_ns_ = 0, next_progress_ns_ = 0, next_tale_ns_ = 0, late_ = 0;
+};
+
+std::string stop_reason(const rt::Controller& controller, const hal::DriveMaster& master) {
+  if (!controller.faulted()) return "";
+  if (controller.stop_reason() == rt::Fault::kDrives) return master.describe(controller.drive_fault());
+  return rt::rule(controller.stop_reason()).words;
+}
+
+}  // namespace
+
+int run_daemon(const Config& config, const DaemonOptions& options) {
+  check_bus(config);
+  const auto robot = build_model(config);
+  const bool memory_locked = lock_memory(options.allow_non_rt);
+
+  const auto channels = std::make_unique<Channels>();
+  const auto counts = std::make_unique<rt::LoopCounts>();
+  std::optional<RunRecorder> recorder;
+  if (!options.report.empty()) recorder.emplace(config, options.report);
+  hal::Cia402Master master(master_config(config));
+  rt::Controller controller(controller_config(config));
+
+  const auto bus = hal::open_bus(options.bus.empty() ? config.bus.name : options.bus, hal::BusRole::kJoin);
+  spdlog::info("{}: {} on {}", config.robot,
+               config.cables.size() == 1 ? "one cable" : fmt::format("{} cables", config.cables.size()),
+               bus->describe());
+  rt::ControlLoop loop(*bus, master, controller, channels->snapshots, channels->targets, channels->feedback,
+                       channels->requests);
+  ModelThread model(*robot, config.control, *channels);
+  {
+    Housekeeping housekeeping(config, options, *channels, model, recorder ? &*recorder : nullptr);
+    rt::RealtimeThread control({"control", config.control.priority, config.control.cpu},
+                               options.allow_non_rt ? rt::RtRights::kIgnore : rt::RtRights::kRequire, [&] {
+                                 rt::PeriodicClock clock(config.control.rate_hz);
+                                 loop.run(clock, channels->trace, *counts, channels->progress);
+                               });
+    // Whatever throws from here on: the thread that `control` waits for has been told to end.
+    const StopAtExit stop_at_exit{channels->requests};
+    if (!control.refusal().empty()) spdlog::warn("{}", control.refusal());
+    while (!channels->progress.ended.load(std::memory_order_acquire)) {
+      housekeeping.tend();
+      std::this_thread::sleep_for(kHousekeeping);
+    }
+    control.join();
+    housekeeping.drain();
+  }
+  model.stop();
+
+  const std::string reason = stop_reason(controller, master);
+  if (!reason.empty()) spdlog::error("stopped: {}", reason);
+  spdlog::info("drives disabled; {} cycles, {} late; {} model refreshes, {} failed", counts->cycles,
+               counts->late_cycles, model.refreshes(), model.failures());
+  if (recorder) {
+    recorder->finish({.nodes = robot->model.mesh().node_count(),
+                      .tetrahedra = robot->model.mesh().tet_count(),
+                      .bus = bus->describe(),
+                      .memory_locked = memory_locked,
+                      .model_refreshes = model.refreshes(),
+                      .model_seconds = model.active_seconds(),
+                      .trace_dropped = channels->trace.dropped(),
+                      .bus_dropped = bus->dropped(),
+                      .stop_reason = reason},
+                     *counts);
+    draw_report(options.report);
+  }
+  return reason.empty() ? 0 : 1;
+}
+
+}  // namespace tendril::app

@@ -1,0 +1,50 @@
+#include "app/inverse_statics.h"
+
+#include <memory>
+
+#include "app/model_refresher.h"
+#include "qp/solver.h"
+
+namespace tendril::app {
+namespace {
+
+constexpr int kRefreshes = 200;
+constexpr double kSettled = 1e-8;  // m, of any node from one refresh to the next
+constexpr double kEffort = 1e-6;   // of the efforts, relative to 1 N and the largest
+
+}  // namespace
+
+StaticReach reach(const Robot& robot, const rt::ControllerConfig& limits, double epsilon,
+                  const rt::EffectorVector& goal) {
+  StaticReach result;
+  ModelRefresher model(robot, epsilon);
+  const auto snapshot = std::make_unique<rt::Snapshot>();
+  qp::Solver solver;
+  rt::Feedback feedback;
+  if (!model.settle(Eigen::VectorXd::Zero(limits.actuators))) return result;
+  feedback.lambda = rt::ActuatorVector::Zero(limits.actuators);
+  while (!result.converged && result.refreshes < kRefreshes) {
+    ++result.refreshes;
+    const Eigen::VectorXd before = model.x();
+    if (!model.refresh(feedback, 0, *snapshot)) return result;
+    result.lambda = feedback.lambda;
+    result.delta_a = robot.constraints.shortening(model.x());
+    result.p_e = robot.constraints.effector_position(model.x());
+    if (feedback.efforts_known && (model.x() - before).cwiseAbs().maxCoeff() < kSettled)
+      result.converged = true;
+
+    const qp::Bounds bounds{limits.a_min, limits.a_max, limits.l_min - snapshot->delta_a_free,
+                            limits.l_max - snapshot->delta_a_free};
+    const rt::ActuatorVector g = snapshot->W_ea.transpose() * (snapshot->p_e_free - goal);
+    const qp::Solution& solution =
+        solver.solve(snapshot->problem, g, bounds, feedback.lambda, limits.iteration_cap);
+    if (solution.status != qp::Status::kOptimal && solution.status != qp::Status::kSoftened) return result;
+    const double change = (solution.x - feedback.lambda).cwiseAbs().maxCoeff();
+    result.converged = result.converged && change <= kEffort * (1 + solution.x.cwiseAbs().maxCoeff());
+    feedback.lambda = solution.x;
+    feedback.efforts_known = true;
+  }
+  return result;
+}
+
+}  // namespace tendril::app

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "app/robot.h"
+#include "fem/dynamics.h"
+#include "hal/bus.h"
+#include "hal/cia402_drive.h"
+
+namespace tendril::app {
+
+/// Where the winches of the simulated robot stand: shortenings, m.
+struct PlantLengths {
+  std::array<double, kMaxActuators> delta_a{};
+};
+
+/// Where the tip of the simulated robot was at an instant.
+struct PlantTip {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m
+  std::int64_t stamp_ns = 0;                           ///< 0: not known yet
+};
+
+/// The electrical half of the simulated robot: one drive a cable and the camera that sees the tip, on a bus.
+class PlantDrives {
+ public:
+  /// @param start  where the winches stand at power-on
+  explicit PlantDrives(const Config& config, const PlantLengths& start = {});
+
+  /// Answers all that has arrived, lets time pass, and shows the tip at the tracker's rate.
+  /// Real-time: bounded by the frames that have arrived; allocates nothing.
+  void serve(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept;
+
+  /// Where the winches stand now.
+  PlantLengths lengths() const noexcept;
+
+  hal::Cia402Drive& drive(int axis) { return drives_[axis]; }
+
+ private:
+  void show(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept;
+
+  std::vector<hal::Cia402Drive> drives_;
+  std::vector<hal::AxisScale> scales_;
+  std::uint32_t tracker_id_;
+  std::int64_t tracker_period_ns_;
+  std::int64_t shown_ns_ = 0;
+  hal::FrameBatch answers_;
+};
+
+/// The mechanical half of the simulated robot: the body in motion, pulled by cables of the winches' lengths.
+class PlantBody {
+ public:
+  /// Builds the body and lets it come to rest with cables of the given lengths.
+  /// @throws ConfigError, also where it finds no rest
+  explicit PlantBody(const Config& config, const PlantLengths& start = {});
+
+  /// Lets time pass in one step, at whose end the cables have the given lengths.
+  /// @param seconds  usually time_step_ns(), longer where real time demands it
+  /// @return  false where the body could not be advanced
+  [[nodiscard]] bool step(const PlantLengths& lengths, double seconds) {
+    return dynamics_.step(vector(lengths), seconds);
+  }
+
+  Eigen::Vector3d tip() const { return robot_->tip(dynamics_.x()); }
+  const Robot& robot() const { return *robot_; }
+  std::int64_t time_step_ns() const { return time_step_ns_; }
+
+ private:
+  Eigen::VectorXd vector(const PlantLengths& lengths) const;
+
+  std::unique_ptr<Robot> robot_;
+  fem::Dynamics dynamics_;
+  std::int64_t time_step_ns_;
+};
+
+}  // namespace tendril::app

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+
+#include "app/config.h"
+#include "fem/constraints.h"
+#include "fem/model.h"
+#include "hal/master_config.h"
+#include "rt/controller.h"
+
+namespace tendril::app {
+
+/// A body with its actuators and effectors, built from a configuration. Stays where it was built: its
+/// constraints refer to its model.
+struct Robot {
+  Robot(fem::Model body, const std::vector<CableConfig>& cables, const std::vector<EffectorConfig>& effectors,
+        const Config& config);
+  Robot(const Robot&) = delete;
+  Robot& operator=(const Robot&) = delete;
+
+  /// Position of the first effector, the one that the tracker follows, m.
+  Eigen::Vector3d tip(const Eigen::VectorXd& x) const { return model.position(x, tip_attachment); }
+
+  fem::Model model;
+  fem::Attachment tip_attachment;
+  fem::Constraints constraints;
+};
+
+/// The body as the controller takes it to be.
+/// @throws ConfigError where mesh, fixed nodes or points do not fit together; it names the line
+/// Real-time: no.
+std::unique_ptr<Robot> build_model(const Config& config);
+
+/// The body as the simulated robot has it: the same shape, a material and mass of its own.
+/// @throws ConfigError as build_model(), and where the file has no section `plant`
+std::unique_ptr<Robot> build_plant(const Config& config);
+
+/// Limits and rates of the control law. Real-time: no.
+rt::ControllerConfig controller_config(const Config& config);
+
+/// Axes and rates of the drives' bus. Real-time: no.
+hal::MasterConfig master_config(const Config& config);
+
+/// Controlled coordinates of all effectors, in the order of the rows of W_ea.
+struct EffectorRow {
+  int effector;
+  int axis;  ///< 0 x, 1 y, 2 z
+};
+std::vector<EffectorRow> effector_rows(const Config& config);
+
+}  // namespace tendril::app

@@ -1,0 +1,118 @@
+#include <fmt/format.h>
+#include <poll.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <optional>
+#include <thread>
+
+#include "app/exit_codes.h"
+#include "app/plant.h"
+#include "app/stop_signal.h"
+#include "rt/periodic_clock.h"
+#include "rt/thread.h"
+#include "rt/triple_buffer.h"
+
+namespace tendril::app {
+namespace {
+
+// Below the controller's: drives answer within a period, but never at its expense.
+constexpr int kBusPriority = 40;
+constexpr int kPollTimeout_ms = 1;
+// After a pause of the whole machine the body does not try to catch up.
+constexpr double kLongestStep_s = 0.1;
+
+/// Moves the body in step with the clock until told to quit. Where a step takes longer than the time it
+/// stands for, the next one covers all that has passed: the body becomes coarser in time, but never slower.
+/// @return  share of the grid's deadlines that were passed over; nothing where the body could not be advanced
+std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantLengths>& lengths,
+                               rt::TripleBuffer<PlantTip>& tips, const std::atomic<bool>& quit) {
+  rt::PeriodicClock clock(1e9 / static_cast<double>(body.time_step_ns()));
+  std::int64_t then_ns = rt::now_ns(), steps = 0, missed = 0;
+  while (!quit) {
+    const std::int64_t now_ns = clock.wait();
+    if (!body.step(lengths.latest(),
+                   std::min(kLongestStep_s, 1e-9 * static_cast<double>(now_ns - then_ns)))) {
+      spdlog::error("the simulated body could not be advanced: a smaller plant.time_step may help");
+      return std::nullopt;
+    }
+    then_ns = now_ns;
+    tips.back() = {body.tip(), now_ns};
+    tips.publish();
+    ++steps;
+    missed += clock.realign(rt::now_ns());
+  }
+  return static_cast<double>(missed) / static_cast<double>(std::max<std::int64_t>(1, steps + missed));
+}
+
+void run_bus(hal::Bus& bus, PlantDrives& drives, rt::TripleBuffer<PlantLengths>& lengths,
+             rt::TripleBuffer<PlantTip>& tips, const std::atomic<bool>& quit) noexcept {
+  pollfd readable{bus.descriptor(), POLLIN, 0};
+  while (!quit) {
+    poll(&readable, 1, kPollTimeout_ms);
+    drives.serve(bus, tips.latest(), rt::now_ns());
+    lengths.back() = drives.lengths();
+    lengths.publish();
+  }
+}
+
+int run_plant(const std::string& file, const std::string& bus_name) {
+  const Config config = load_config(file);
+  PlantBody body(config);
+  PlantDrives drives(config);
+  const auto bus = hal::open_bus(bus_name.empty() ? config.bus.name : bus_name, hal::BusRole::kHost);
+  rt::TripleBuffer<PlantLengths> lengths;
+  rt::TripleBuffer<PlantTip> tips;
+  std::atomic<bool> quit{false};
+  lengths.back() = drives.lengths();
+  lengths.publish();
+  tips.back() = {body.tip(), rt::now_ns()};
+  tips.publish();
+
+  rt::RealtimeThread bus_thread({"bus", kBusPriority}, rt::RtRights::kIgnore,
+                                [&] { run_bus(*bus, drives, lengths, tips, quit); });
+  std::optional<double> behind;
+  std::atomic<bool> body_ended{false};
+  std::thread body_thread([&] {
+    behind = run_body(body, lengths, tips, quit);
+    body_ended = true;
+  });
+  spdlog::info("{}: simulated robot of {} nodes on {}", config.robot, body.robot().model.mesh().node_count(),
+               bus->describe());
+  fmt::print("ready\n");
+  std::fflush(stdout);
+  while (!stop_signalled() && !body_ended) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  quit = true;
+  body_thread.join();
+  bus_thread.join();
+  if (!behind) return kCheckFailed;
+  spdlog::info("ended; the body was too slow for {:.1f} % of its time steps and took longer ones instead",
+               100 * *behind);
+  return kOk;
+}
+
+}  // namespace
+}  // namespace tendril::app
+
+int main(int argc, char** argv) {
+  CLI::App cli{
+      "tendril-plant is a simulated robot on the other side of the bus: servo drives that speak CiA 402, a "
+      "body in "
+      "motion with a material of its own (section 'plant' of the robot file), and a camera that shows its "
+      "tip. It hosts "
+      "the bus where that is a local socket, and prints 'ready' once it can be talked to. Ends on "
+      "SIGTERM.\n\n"
+      "Exit codes: 0 ended as asked; 1 the body could not be advanced; 2 wrong usage or robot file; 3 the "
+      "machine lacks something (bus)."};
+  std::string file, bus;
+  cli.add_option("CONFIG", file, "the robot: a YAML file, see docs/robot-file.md")->required();
+  cli.add_option("--bus", bus, "CAN interface, or local:PATH; replaces bus.name of the file");
+  cli.set_version_flag("--version", TENDRIL_VERSION);
+  if (const auto code = tendril::app::parse_arguments(cli, argc, argv)) return *code;
+
+  spdlog::set_default_logger(spdlog::stderr_logger_mt("tendril-plant"));
+  tendril::app::watch_stop_signals();
+  return tendril::app::exit_code_of([&] { return tendril::app::run_plant(file, bus); });
+}

@@ -1,0 +1,45 @@
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+
+#include "app/check_report.h"
+#include "app/daemon.h"
+#include "app/exit_codes.h"
+#include "app/stop_signal.h"
+
+int main(int argc, char** argv) {
+  using namespace tendril;
+  CLI::App cli{
+      "tendrild controls a soft robot in real time: a background thread keeps a finite-element model of the "
+      "body up to "
+      "date, a control thread solves the inverse problem on the newest snapshot at every period and sends "
+      "cable lengths "
+      "to servo drives over CAN. Ends on SIGTERM with the drives disabled.\n\n"
+      "Exit codes: 0 ended as asked; 1 ended on a fault, or a check failed; 2 wrong usage or robot file; 3 "
+      "the machine "
+      "lacks something (rights, bus)."};
+  std::string file;
+  bool check = false, json = false;
+  app::DaemonOptions options;
+  cli.add_option("CONFIG", file, "the robot: a YAML file, see docs/robot-file.md")->required();
+  cli.add_option("--bus", options.bus, "CAN interface, or local:PATH; replaces bus.name of the file");
+  cli.add_option("--duration", options.duration_s,
+                 "seconds to run once the drives are enabled; 0: until a signal")
+      ->check(CLI::NonNegativeNumber);
+  cli.add_option("--report", options.report, "folder for figures, trace and pictures of the run");
+  cli.add_flag(
+      "--allow-non-rt", options.allow_non_rt,
+      "run without SCHED_FIFO and locked memory where they are refused; for trying out, not for a robot");
+  cli.add_flag("--check", check, "verify everything that needs no bus, say what was found, and end");
+  cli.add_flag("--json", json, "with --check: one line of JSON");
+  cli.set_version_flag("--version", TENDRIL_VERSION);
+  if (const auto code = app::parse_arguments(cli, argc, argv)) return *code;
+
+  spdlog::set_default_logger(spdlog::stderr_logger_st("tendrild"));
+  app::watch_stop_signals();
+  return app::exit_code_of([&] {
+    const app::Config config = app::load_config(file);
+    return check ? app::check_robot(config, json) : app::run_daemon(config, options);
+  });
+}

@@ -1,0 +1,104 @@
+#include "app/virtual_rig.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "rt/heap_guard.h"
+
+namespace tendril::app {
+namespace {
+
+// Not zero: stamps of zero mean "never".
+constexpr std::int64_t kStart_ns = 1'000'000'000;
+
+std::int64_t period_ns(double rate_hz) { return std::llround(1e9 / rate_hz); }
+
+}  // namespace
+
+VirtualRig::VirtualRig(const Config& config, const VirtualSettings& settings)
+    : config_(config),
+      now_ns_(kStart_ns),
+      robot_(build_model(config)),
+      channels_(std::make_unique<Channels>()),
+      medium_(settings.bus_delay_ns),
+      controller_bus_(medium_.attach("controller")),
+      plant_bus_(medium_.attach("plant")),
+      master_(master_config(config)),
+      controller_(controller_config(config)),
+      loop_(controller_bus_, master_, controller_, channels_->snapshots, channels_->targets,
+            channels_->feedback, channels_->requests),
+      refresher_(*robot_, config.control.epsilon),
+      body_(config, settings.start),
+      drives_(config, settings.start),
+      control_grid_(config.control.rate_hz, kStart_ns) {
+  tips_.push_back({body_.tip(), kStart_ns});
+  events_ = {{&VirtualRig::move_body, body_.time_step_ns(), kStart_ns + body_.time_step_ns()},
+             {&VirtualRig::serve_drives, settings.drive_period_ns, kStart_ns},
+             {&VirtualRig::refresh_model, period_ns(settings.model_rate_hz), kStart_ns},
+             {&VirtualRig::send_target, settings.target_period_ns, kStart_ns},
+             {&VirtualRig::control, 0, kStart_ns}};  // its period is the grid's
+}
+
+void VirtualRig::run_for(double seconds) {
+  const std::int64_t end_ns = now_ns_ + std::llround(1e9 * seconds);
+  while (now_ns_ < end_ns) step();
+}
+
+bool VirtualRig::run_until(rt::Phase wanted, double seconds) {
+  const std::int64_t end_ns = now_ns_ + std::llround(1e9 * seconds);
+  while (now_ns_ < end_ns && phase() < wanted) step();
+  return phase() >= wanted;
+}
+
+void VirtualRig::step() {
+  auto& event = *std::min_element(events_.begin(), events_.end(),
+                                  [](const Event& a, const Event& b) { return a.next_ns < b.next_ns; });
+  now_ns_ = event.next_ns;
+  medium_.set_time(now_ns_);
+  event.next_ns += event.period_ns;
+  (this->*event.task)();
+}
+
+void VirtualRig::move_body() {
+  if (!body_.step(drives_.lengths(), config_.plant->time_step))
+    throw std::runtime_error("the simulated body could not be advanced: a smaller plant.time_step may help");
+  tips_.push_back({body_.tip(), now_ns_});
+}
+
+void VirtualRig::serve_drives() { drives_.serve(plant_bus_, tips_.back(), now_ns_); }
+
+void VirtualRig::refresh_model() {
+  if (model_stalled_) return;
+  if (snapshot_ready_) channels_->snapshots.publish();
+  snapshot_ready_ = false;
+  const rt::Feedback& feedback = channels_->feedback.latest();
+  if (!feedback.lengths_known) return;
+  if (!model_settled_) {
+    model_settled_ = refresher_.settle(feedback.delta_a);
+    if (!model_settled_) channels_->requests.model_failed = true;
+  }
+  snapshot_ready_ = model_settled_ && refresher_.refresh(feedback, now_ns_, channels_->snapshots.back());
+}
+
+void VirtualRig::send_target() {
+  if (targets_stalled_ || !motion_) return;
+  channels_->targets.back() = motion_->at(now_ns_);
+  channels_->targets.publish();
+}
+
+void VirtualRig::control() {
+  events_.back().next_ns = control_grid_.deadline_ns(++cycles_);
+  if (control_stalled_) return;
+  const rt::HeapGuard heap;
+  const rt::TraceRecord& record = loop_.cycle(now_ns_, now_ns_, 0);
+  heap_calls_ += heap.calls();
+  trace_.push_back(record);
+  if (!motion_ && config_.motion && record.phase == rt::Phase::kRunning)
+    motion_.emplace(config_,
+                    rt::EffectorVector(Eigen::Map<const Eigen::VectorXd>(
+                        record.p_e.data(), robot_->constraints.effector_coordinates())),
+                    now_ns_);
+}
+
+}  // namespace tendril::app

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "app/channels.h"
+#include "app/model_refresher.h"
+#include "app/motion.h"
+#include "app/plant.h"
+#include "hal/cia402_master.h"
+#include "hal/virtual_bus.h"
+#include "rt/deadline_grid.h"
+
+namespace tendril::app {
+
+/// What virtual time is free to choose; the rest is the configuration's.
+struct VirtualSettings {
+  double model_rate_hz = 60;  ///< refreshes; a snapshot is published one period after its pose was read
+  std::int64_t bus_delay_ns = 300'000;     ///< of every frame
+  std::int64_t drive_period_ns = 250'000;  ///< how often the simulated drives look at the bus
+  std::int64_t target_period_ns = 5'000'000;
+  PlantLengths start{};  ///< where the winches stand at power-on
+};
+
+/// The whole of Tendril in one thread under a clock of its own: the control loop, the model, the drives and
+/// the simulated robot that the daemon and tendril-plant are made of, each called at its instants in a fixed
+/// order. The same configuration and settings give the same bits.
+class VirtualRig {
+ public:
+  /// @throws ConfigError
+  VirtualRig(const Config& config, const VirtualSettings& settings);
+  VirtualRig(const VirtualRig&) = delete;
+  VirtualRig& operator=(const VirtualRig&) = delete;
+
+  /// Lets virtual time pass.
+  /// @throws std::runtime_error where the simulated body cannot be advanced
+  void run_for(double seconds);
+
+  /// Lets it pass until the control loop has reached a phase or `seconds` have gone by.
+  /// @return  true where the phase was reached
+  bool run_until(rt::Phase phase, double seconds);
+
+  std::int64_t now_ns() const { return now_ns_; }
+  rt::Phase phase() const { return trace_.empty() ? rt::Phase::kConnecting : trace_.back().phase; }
+  const std::vector<rt::TraceRecord>& trace() const { return trace_; }  ///< every cycle so far
+  const std::vector<PlantTip>& tips() const { return tips_; }      ///< of the body, after every time step
+  const std::optional<Motion>& motion() const { return motion_; }  ///< once the controller runs
+  const rt::Controller& controller() const { return controller_; }
+  const hal::Cia402Master& master() const { return master_; }
+  PlantLengths winches() const { return drives_.lengths(); }
+
+  /// Heap calls made by the control loop's cycles so far; always 0 where they cannot be counted.
+  std::int64_t heap_calls() const { return heap_calls_; }
+
+  // What a scenario may do to it.
+  PlantDrives& drives() { return drives_; }
+  rt::Requests& requests() { return channels_->requests; }
+  hal::VirtualEndpoint& controller_plug() { return controller_bus_; }
+  hal::VirtualEndpoint& plant_plug() { return plant_bus_; }
+  void stall_model(bool stalled) { model_stalled_ = stalled; }
+  void stall_targets(bool stalled) { targets_stalled_ = stalled; }
+  void stall_control(bool stalled) { control_stalled_ = stalled; }
+
+ private:
+  using Task = void (VirtualRig::*)();
+  struct Event {
+    Task task;
+    std::int64_t period_ns;
+    std::int64_t next_ns;
+  };
+
+  void step();
+  void move_body();
+  void serve_drives();
+  void refresh_model();
+  void send_target();
+  void control();
+
+  Config config_;
+  std::int64_t now_ns_;
+  std::unique_ptr<Robot> robot_;
+  std::unique_ptr<Channels> channels_;
+  hal::VirtualBus medium_;
+  hal::VirtualEndpoint& controller_bus_;
+  hal::VirtualEndpoint& plant_bus_;
+  hal::Cia402Master master_;
+  rt::Controller controller_;
+  rt::ControlLoop loop_;
+  ModelRefresher refresher_;
+  PlantBody body_;
+  PlantDrives drives_;
+  rt::DeadlineGrid control_grid_;
+  std::int64_t cycles_ = 0, heap_calls_ = 0;
+  std::vector<Event> events_;  // a tie is served in this order
+  std::vector<rt::TraceRecord> trace_;
+  std::vector<PlantTip> tips_;
+  std::optional<Motion> motion_;
+  bool model_settled_ = false, snapshot_ready_ = false;
+  bool model_stalled_ = false, targets_stalled_ = false, control_stalled_ = false;
+};
+
+}  // namespace tendril::app

@@ -1,0 +1,119 @@
+#include "app/config_rules.h"
+
+#include <catch2/catch.hpp>
+
+#include "mistake.h"
+#include "robot_file.h"
+
+using namespace tendril::app;
+
+TEST_CASE("What one key demands of another is checked", "[unit]") {
+  check_mistakes({
+      {"node: 2,",
+       "node: 1,",
+       "node: 1, counts_per_turn: 65537",
+       {"actuators[1].drive.node: found '1'", "actuators[0].drive has"}},
+      {"node: 2,", "node: 127,", nullptr, {"actuators[1].drive.node: found '127'", "bus.master_node has"}},
+      {"name: south",
+       "name: north",
+       "name: north\n    cable: [body 0 -97",
+       {"actuators[1].name", "actuators[0] has this one"}},
+      {"name: south",
+       "name: tip",
+       "name: tip\n    cable",
+       {"actuators[1].name: found 'tip'", "effectors[0] has this one"}},
+      {"heartbeat_timeout: 150 ms",
+       "heartbeat_timeout: 99.9 ms",
+       nullptr,
+       {"bus.heartbeat_timeout: found '99.9 ms', expected at least two heartbeats, 0.1 s"}},
+      {"  heartbeat: 50 ms\n  heartbeat_timeout: 150 ms",
+       "  heartbeat: 80 ms",
+       "bus:",
+       {"bus.heartbeat_timeout: found nothing, expected at least two heartbeats, 0.16 s (it is 0.15 s)"}},
+      {"tracker: 0x1F0",
+       "tracker: 0x182",
+       nullptr,
+       {"bus.tracker: found '0x182'", "this is TPDO 1 of node 2"}},
+      {"tracker: 0x1F0", "tracker: 128", nullptr, {"this is SYNC"}},
+      {"tracker: 0x1F0", "tracker: 0x77F", nullptr, {"the heartbeat of node 127"}},
+      {"[body 0 97 45 mm, guide 0 10 30 mm]",
+       "[body 0 97 45 mm]",
+       nullptr,
+       {"actuators[0].cable", "at least two points"}},
+      {"[body 0 97 45 mm, guide 0 10 30 mm]",
+       "[guide 0 10 30 mm, body 0 97 45 mm]",
+       nullptr,
+       {"actuators[0].cable[0]: found 'guide 0 10 30 mm', expected the attachment first"}},
+      {"[body 0 97 45 mm, guide 0 10 30 mm]",
+       "[body 0 97 45 mm, guide 0 9.7 4.5 cm]",
+       nullptr,
+       {"actuators[0].cable[1]", "a point apart from the one before it"}},
+      {"- -10 10 0 mm",
+       "- -10 10 26 mm",
+       nullptr,
+       {"motion.waypoints[1]: found '-10 10 26 mm'", "control.workspace", "at -0.01 0.01 0.151 m"}},
+      {"- -10 10 0 mm", "- -40.1 10 0 mm", nullptr, {"motion.waypoints[1]"}},
+  });
+}
+
+TEST_CASE("Redundant actuators need the energy term, as many as coordinates do not", "[unit]") {
+  const auto with = [](const std::string& coordinates, const std::string& epsilon) {
+    std::string yaml = kGood;
+    yaml.replace(yaml.find("coordinates: xyz"), 16, "coordinates: " + coordinates);
+    yaml.replace(yaml.find("priority: 80"), 12, "epsilon: " + epsilon);
+    return error_of(RobotFile(yaml).path());
+  };
+  CHECK(with("xyz", "0") == "no error");
+  CHECK(with("xz", "0.0") == "no error");
+  CHECK(with("z", "1e-12") == "no error");
+  CHECK_THAT(with("z", "0"), Catch::Contains(":32: control.epsilon: found '0', expected a number above 0"));
+  CHECK_THAT(with("z", "0"), Catch::Contains("2 actuators for 1 effector coordinates are redundant"));
+}
+
+TEST_CASE("A waypoint on the border of the workspace lies in it, whatever binary makes of the sum",
+          "[unit]") {
+  REQUIRE(0.1 + 0.2 > 0.3);
+  const std::size_t motion = kGood.find("motion:");
+  std::string yaml =
+      kGood.substr(0, motion) + "motion: {origin: 0 0 100 mm, waypoints: [0 0 200 mm], speed: 1 mm/s}\n";
+  yaml.replace(yaml.find("40 40 150 mm"), 12, "40 40 300 mm");
+  CHECK(error_of(RobotFile(yaml).path()) == "no error");
+}
+
+TEST_CASE("An identifier of the bus belongs to whom CiA 301 gives it, and else is free", "[unit]") {
+  const std::vector<int> nodes = {127, 1, 2};
+  CHECK(identifier_owner(0x000, nodes) == "the NMT command");
+  CHECK(identifier_owner(0x080, nodes) == "SYNC");
+  int owned = 0;
+  for (int id = 0; id <= 0x7FF; ++id) owned += identifier_owner(id, nodes).empty() ? 0 : 1;
+  CHECK(owned == 2 + 3 * 12);  // emergency, four PDOs each way, SDO each way, heartbeat
+  for (int id : {0x081, 0x181, 0x201, 0x281, 0x301, 0x381, 0x401, 0x481, 0x501, 0x581, 0x601, 0x701}) {
+    CAPTURE(id);
+    CHECK_THAT(identifier_owner(id, nodes), Catch::EndsWith("of node 1"));
+    CHECK(identifier_owner(id + 2, nodes).empty());
+  }
+  CHECK(identifier_owner(0x101, nodes).empty());
+}
+
+TEST_CASE("A robot has at most 32 actuators and 24 controlled coordinates", "[unit]") {
+  const auto robot = [](int actuators, int effectors) {
+    std::string yaml =
+        "robot: big\nmesh: {file: body.msh}\nmaterial: {young_modulus: 1 MPa, poisson_ratio: 0, mass: 1 kg}\n"
+        "fixed: base\nbus: {name: can0}\neffectors:\n";
+    for (int i = 0; i < effectors; ++i) yaml += "  - {name: e" + std::to_string(i) + ", point: 0 0 1 m}\n";
+    yaml += "actuators:\n";
+    for (int i = 1; i <= actuators; ++i) {
+      const std::string n = std::to_string(i);
+      yaml += "  - {name: a" + n + ", cable: [body 0 0 1 m, guide 0 0 2 m], tension: 0 1 N, stroke: 0 1 mm, ";
+      yaml += "top_speed: 1 m/s, drive: {node: " + n + ", counts_per_turn: 1, pulley_radius: 1 cm}}\n";
+    }
+    return error_of(RobotFile(yaml).path());
+  };
+  CHECK(robot(32, 8) == "no error");
+  CHECK_THAT(robot(33, 8),
+             Catch::Contains(":15: actuators: found a list of 33, expected at most 32 actuators"));
+  CHECK_THAT(
+      robot(32, 9),
+      Catch::Contains(
+          ":6: effectors: found a list of 9, expected at most 24 controlled coordinates, these are 27"));
+}

@@ -1,0 +1,133 @@
+#include "app/model_refresher.h"
+
+#include <catch2/catch.hpp>
+#include <limits>
+#include <memory>
+
+#include "tests/app/programs.h"
+
+// The model thread's work on the finger: what a snapshot says is what the body does.
+
+namespace tendril::app {
+namespace {
+
+constexpr double kEpsilon = 1e-3;
+constexpr double kClose_m = 1e-8;
+
+struct Finger {
+  Finger() : config(load_config(std::string(TENDRIL_SOURCE_DIR) + "/config/finger.yaml")) {}
+
+  /// Shortenings that the snapshot predicts under efforts, m.
+  Eigen::VectorXd lengths(const Eigen::VectorXd& lambda) const {
+    return snapshot->W_aa * lambda + snapshot->delta_a_free;
+  }
+  Eigen::VectorXd tip(const Eigen::VectorXd& lambda) const {
+    return snapshot->W_ea * lambda + snapshot->p_e_free;
+  }
+
+  Config config;
+  std::unique_ptr<Robot> robot = build_model(config);
+  ModelRefresher model{*robot, kEpsilon};
+  std::unique_ptr<rt::Snapshot> snapshot = std::make_unique<rt::Snapshot>();
+  rt::Feedback nothing;  // the controller has told no efforts yet
+};
+
+rt::Feedback efforts(const Eigen::VectorXd& lambda) {
+  rt::Feedback feedback;
+  feedback.efforts_known = true;
+  feedback.lambda = lambda;
+  return feedback;
+}
+
+TEST_CASE("The first snapshot after settling predicts the measured lengths and the body's own tip", "[law]") {
+  Finger f;
+  const Eigen::Vector2d measured = GENERATE(Eigen::Vector2d(1e-3, 0.5e-3), Eigen::Vector2d(1e-3, 2e-3));
+  REQUIRE(f.model.settle(measured));
+  REQUIRE(f.model.refresh(f.nothing, 42, *f.snapshot));
+  const Eigen::VectorXd lambda = f.snapshot->lambda;
+  CAPTURE(measured.transpose(), lambda.transpose());
+  REQUIRE((lambda.array() > 0).all());  // taut: a slack cable would be shorter than what is let out
+  CHECK((f.lengths(lambda) - measured).lpNorm<Eigen::Infinity>() < kClose_m);
+  const Eigen::VectorXd p_e = f.robot->constraints.effector_position(f.model.x());
+  CHECK((f.tip(lambda) - p_e).lpNorm<Eigen::Infinity>() < kClose_m);
+  CHECK(f.snapshot->stamp_ns == 42);
+}
+
+TEST_CASE("A slack cable has no tension, and its path is shorter than the cable", "[law]") {
+  Finger f;
+  const Eigen::Vector2d measured(2e-3, -5e-3);  // bent to the right, with the left cable let out
+  REQUIRE(f.model.settle(measured));
+  REQUIRE(f.model.refresh(f.nothing, 0, *f.snapshot));
+  const Eigen::VectorXd lambda = f.snapshot->lambda;
+  CHECK(lambda[0] > 0);
+  CHECK(lambda[1] == 0);
+  CHECK(f.lengths(lambda)[0] == Approx(measured[0]).margin(kClose_m));
+  CHECK(f.lengths(lambda)[1] > measured[1] + 1e-4);
+}
+
+TEST_CASE("A snapshot's matrices tell what a small change of effort does", "[law]") {
+  Finger f;
+  REQUIRE(f.model.settle(Eigen::Vector2d(1e-3, 0.5e-3)));
+  REQUIRE(f.model.refresh(f.nothing, 0, *f.snapshot));
+  const rt::Snapshot before = *f.snapshot;
+  const Eigen::VectorXd rest_tip = f.tip(before.lambda), rest_lengths = f.lengths(before.lambda);
+  const Eigen::Vector2d change(1e-4, -0.5e-4);  // N
+  const rt::Feedback pulled = efforts(before.lambda + change);
+  for (int k = 0; k < 5; ++k) REQUIRE(f.model.refresh(pulled, 0, *f.snapshot));
+  const Eigen::VectorXd moved = f.tip(pulled.lambda) - rest_tip;
+  const Eigen::VectorXd drawn = f.lengths(pulled.lambda) - rest_lengths;
+  CHECK((moved - before.W_ea * change).norm() < 1e-2 * moved.norm());
+  CHECK((drawn - before.W_aa * change).norm() < 1e-2 * drawn.norm());
+}
+
+TEST_CASE("Refreshes under constant efforts bring the body to the equilibrium of these efforts", "[law]") {
+  Finger f;
+  REQUIRE(f.model.settle(Eigen::Vector2d::Zero()));
+  REQUIRE(f.model.refresh(f.nothing, 0, *f.snapshot));
+  const Eigen::Vector2d lambda(0.8, 0.2);
+  for (int k = 0; k < 30; ++k) REQUIRE(f.model.refresh(efforts(lambda), 0, *f.snapshot));
+  fem::Equilibrium reference(f.robot->model, f.robot->constraints);
+  REQUIRE(reference.settle_under_efforts(lambda, 1e-10).converged);
+  CHECK((f.model.x() - reference.x()).lpNorm<Eigen::Infinity>() < kClose_m);
+  CHECK(f.snapshot->lambda == lambda);
+  CHECK(f.snapshot->sequence == 31);
+}
+
+TEST_CASE("A refresh that fails keeps the last good pose and says so, and good efforts serve again",
+          "[unit]") {
+  Finger f;
+  REQUIRE(f.model.settle(Eigen::Vector2d(1e-3, 0.5e-3)));
+  REQUIRE(f.model.refresh(f.nothing, 0, *f.snapshot));
+  const Eigen::VectorXd good_x = f.model.x();
+  const Eigen::VectorXd good_lambda = f.snapshot->lambda;
+  const double bad =
+      GENERATE(std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity());
+  CAPTURE(bad);
+  for (int k = 0; k < 3; ++k) {
+    CHECK_FALSE(f.model.refresh(efforts(Eigen::Vector2d(bad, 0.1)), 0, *f.snapshot));
+    CHECK(f.model.x() == good_x);
+  }
+  REQUIRE(f.model.refresh(efforts(good_lambda), 0, *f.snapshot));
+  CHECK((f.model.x() - good_x).lpNorm<Eigen::Infinity>() < kClose_m);
+}
+
+TEST_CASE("Efforts beyond all reason do not turn the body inside out for good", "[unit]") {
+  Finger f;
+  REQUIRE(f.model.settle(Eigen::Vector2d(1e-3, 0.5e-3)));
+  REQUIRE(f.model.refresh(f.nothing, 0, *f.snapshot));
+  const Eigen::VectorXd good_lambda = f.snapshot->lambda;
+  int refused = 0;
+  for (int k = 0; k < 50; ++k) {
+    const Eigen::VectorXd before = f.model.x();
+    if (f.model.refresh(efforts(Eigen::Vector2d(1e4, 0)), 0, *f.snapshot)) continue;
+    ++refused;
+    CHECK(f.model.x() == before);
+  }
+  CHECK(refused > 0);
+  for (int k = 0; k < 60; ++k) (void)f.model.refresh(efforts(good_lambda), 0, *f.snapshot);
+  REQUIRE(f.model.refresh(efforts(good_lambda), 0, *f.snapshot));
+  CHECK((f.lengths(good_lambda) - Eigen::Vector2d(1e-3, 0.5e-3)).lpNorm<Eigen::Infinity>() < kClose_m);
+}
+
+}  // namespace
+}  // namespace tendril::app

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tendril::app {
+
+/// How long a test waits for what must come, s. So long that only a program that hangs misses it.
+#ifdef TENDRIL_SANITIZED
+inline constexpr double kPatience_s = 240;
+#else
+inline constexpr double kPatience_s = 60;
+#endif
+
+/// A program under test: started without a shell, in a process group of its own, and all that it writes kept.
+/// None outlives its object: the destructor kills the group and reaps the program.
+class Process {
+ public:
+  /// @param arguments  the program first: a path, or a name that is looked up in PATH
+  /// @throws std::runtime_error where it cannot be started
+  explicit Process(std::vector<std::string> arguments);
+  ~Process();
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  /// Sends a signal to the program, unless it has ended.
+  void send(int signal);
+
+  /// Waits for the program's end.
+  /// @return  its exit code, or minus the number of the signal that ended it; nothing where it still runs
+  std::optional<int> wait(double seconds = kPatience_s);
+
+  /// Waits until the program has written a text to stdout or stderr.
+  /// @return  false where it ended, or time did, before
+  bool says(const std::string& text, double seconds = kPatience_s);
+
+  std::string out() const;  ///< all that it has written to stdout so far
+  std::string err() const;  ///< and to stderr
+
+ private:
+  pid_t pid_ = -1;
+  int out_ = -1, err_ = -1;  // files in memory: a program is never held up by a reader
+  std::optional<int> status_;
+};
+
+/// Runs a program to its end, or kills it when patience is at an end: the exit code is then -9.
+struct Ended {
+  int code;
+  std::string out, err;
+};
+Ended run(const std::vector<std::string>& arguments);
+
+/// The lines of a text.
+std::vector<std::string> lines_of(const std::string& text);
+
+}  // namespace tendril::app

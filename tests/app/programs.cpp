@@ -1,0 +1,86 @@
+#include "tests/app/programs.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace tendril::app {
+namespace {
+
+const std::filesystem::path kConfig = std::filesystem::path(TENDRIL_SOURCE_DIR) / "config";
+
+std::string patient_finger(Changes changes) {
+  changes.insert(changes.end(), {{"rate: 600 Hz", "rate: 200 Hz"},
+                                 {"late_cycles_limit: 20", "late_cycles_limit: 100000"},
+                                 {"snapshot_age_limit: 500 ms", "snapshot_age_limit: 30 s"},
+                                 {"target_age_limit: 500 ms", "target_age_limit: 30 s"},
+                                 {"heartbeat_timeout: 150 ms", "heartbeat_timeout: 1 s"}});
+  return finger(changes);
+}
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells(1);
+  for (const char letter : line)
+    if (letter == ',')
+      cells.emplace_back();
+    else
+      cells.back() += letter;
+  return cells;
+}
+
+}  // namespace
+
+std::string finger(const Changes& changes) {
+  std::string text = read_text_file(kConfig / "finger.yaml");
+  const auto replace = [&text](const std::string& from, const std::string& to) {
+    const std::size_t at = text.find(from);
+    if (at == std::string::npos) throw std::runtime_error("config/finger.yaml has no '" + from + "'");
+    text.replace(at, from.size(), to);
+  };
+  for (const auto& [from, to] : changes) replace(from, to);
+  if (text.find("file: finger.msh") != std::string::npos)
+    replace("file: finger.msh", "file: " + (kConfig / "finger.msh").string());
+  return text;
+}
+
+int line_of(const std::string& piece) {
+  const std::string text = finger();
+  const auto at = static_cast<std::ptrdiff_t>(text.find(piece));
+  return 1 + static_cast<int>(std::count(text.begin(), text.begin() + at, '\n'));
+}
+
+Workbench::Workbench(const Changes& changes)
+    : file_(patient_finger(changes)), plant_({kPlant, file_.path().string(), "--bus", bus()}) {
+  if (!plant_.says("ready")) throw std::runtime_error("the plant did not come up: " + plant_.err());
+}
+
+std::vector<std::string> Workbench::daemon(const std::vector<std::string>& more) const {
+  std::vector<std::string> arguments{kDaemon, file_.path().string(), "--bus", bus(), "--allow-non-rt"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+nlohmann::json read_summary(const std::filesystem::path& report) {
+  return nlohmann::json::parse(read_text_file(report / "summary.json"));
+}
+
+const std::string& Trace::cell(std::size_t row, const std::string& column) const {
+  const auto found = std::ranges::find(columns, column);
+  if (found == columns.end()) throw std::out_of_range("the trace has no column " + column);
+  return rows.at(row)[static_cast<std::size_t>(found - columns.begin())];
+}
+
+Trace read_trace(const std::filesystem::path& report) {
+  Trace trace;
+  for (const std::string& line : lines_of(read_text_file(report / "trace.csv"))) {
+    std::vector<std::string> cells = cells_of(line);
+    if (trace.columns.empty())
+      trace.columns = std::move(cells);
+    else if (cells.size() == trace.columns.size())
+      trace.rows.push_back(std::move(cells));
+    else
+      throw std::runtime_error("a row of the trace has not as many cells as its header: " + line);
+  }
+  return trace;
+}
+
+}  // namespace tendril::app

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/app/process.h"
+#include "tests/app/robot_file.h"
+
+namespace tendril::app {
+
+inline const std::string kDaemon = TENDRIL_DAEMON;
+inline const std::string kPlant = TENDRIL_PLANT;
+
+/// Pieces of a robot file, and what stands there instead.
+using Changes = std::vector<std::pair<std::string, std::string>>;
+
+/// The text of config/finger.yaml, whose mesh is found from any folder, with pieces of it replaced.
+/// @param changes  each replaces the first such piece
+/// @throws std::runtime_error where a piece is not there
+std::string finger(const Changes& changes = {});
+
+/// The number of the line of finger() on which a piece first stands.
+int line_of(const std::string& piece);
+
+/// Both programs on a local bus, on a finger that is patient with a busy machine: it runs at a third of its
+/// rate and waits longer before it calls something late. Folder, bus and plant go with the object.
+class Workbench {
+ public:
+  /// Starts the plant and waits for its bus.
+  /// @throws std::runtime_error with what the plant says where it does not come up
+  explicit Workbench(const Changes& changes = {});
+
+  /// The command line of the daemon on this bench, and what is added to it.
+  std::vector<std::string> daemon(const std::vector<std::string>& more = {}) const;
+
+  Process& plant() { return plant_; }
+  std::string bus() const { return "local:" + (file_.folder() / "bus").string(); }
+  std::filesystem::path report() const { return file_.folder() / "report"; }
+
+ private:
+  RobotFile file_;
+  Process plant_;
+};
+
+/// report/summary.json.
+nlohmann::json read_summary(const std::filesystem::path& report);
+
+/// report/trace.csv.
+struct Trace {
+  std::vector<std::string> columns;
+  std::vector<std::vector<std::string>> rows;  // one a cycle, all as long as columns
+
+  /// A cell as text. @throws std::out_of_range where there is no such column
+  const std::string& cell(std::size_t row, const std::string& column) const;
+  /// A cell as a number. @throws std::invalid_argument where it is none
+  double number(std::size_t row, const std::string& column) const { return std::stod(cell(row, column)); }
+};
+
+/// @throws std::runtime_error where a row has another number of cells than the header
+Trace read_trace(const std::filesystem::path& report);
+
+}  // namespace tendril::app

@@ -1,0 +1,140 @@
+#include "app/robot.h"
+
+#include <Eigen/Geometry>
+#include <catch2/catch.hpp>
+#include <numbers>
+
+#include "tests/app/programs.h"
+
+// From a configuration to the objects that run: limits and rates in SI, mistakes with file and line.
+
+namespace tendril::app {
+namespace {
+
+Config finger_config(const Changes& changes = {}) {
+  const RobotFile file(finger(changes));
+  return load_config(file.path());
+}
+
+/// What building the model says of the finger's file with one piece changed; the line is that of the piece.
+void check_refused(const std::string& good, const std::string& bad,
+                   const std::vector<std::string>& fragments) {
+  INFO("'" << good << "' becomes '" << bad << "'");
+  const int line = line_of(good);
+  const RobotFile file(finger({{good, bad}}));
+  std::string message = "no error";
+  try {
+    build_model(load_config(file.path()));
+  } catch (const ConfigError& error) {
+    message = error.what();
+  }
+  CHECK_THAT(message, Catch::StartsWith(file.path().string() + ":" + std::to_string(line) + ": "));
+  for (const std::string& fragment : fragments) CHECK_THAT(message, Catch::Contains(fragment));
+}
+
+TEST_CASE("What does not fit the mesh is refused with file, line and culprit", "[unit]") {
+  check_refused("fixed: base", "fixed: root", {"found 'root'", "a region of finger.msh: base, body"});
+  check_refused("fixed: base", "fixed: {box: [1 1 1 m, 2 2 2 m]}",
+                {"fixed.box: found no node of the mesh inside"});
+  check_refused("fixed: base", "fixed: {box: [-11 -8 -1 mm, -9 -7 1 mm]}", {"fixed: ", "three"});
+  check_refused("guide 5 0 0 mm", "body 5 0 2 mm",
+                {"cable 'right'", "(5, 0, 2) mm lies 2 mm outside the mesh",
+                 "the nearest point of the body is (5, ", "'snap'"});
+  check_refused("point: 0 0 -100 mm", "point: 0 0 -103 mm", {"effector 'tip'", "lies 3 mm outside the mesh"});
+}
+
+TEST_CASE("A point outside the mesh by no more than snap is attached", "[unit]") {
+  const Config config = finger_config(
+      {{"point: 0 0 -100 mm", "point: 0 0 -103 mm"}, {"fixed: base", "fixed: base\nsnap: 4 mm"}});
+  const auto robot = build_model(config);
+  CHECK(robot->tip(robot->model.rest()).isApprox(Eigen::Vector3d(0, 0, -0.103), 1e-9));
+}
+
+TEST_CASE("The mesh's unit, rotation and translation place the body before anything is attached", "[unit]") {
+  Config config = finger_config();
+  config.mesh.rotation = Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  config.mesh.translation = {0, 0, 0.02};
+  config.effectors[0].point.at = {0, 0, 0.12};
+  for (CableConfig& cable : config.cables)
+    for (PointConfig& point : cable.points) point.at.z() = 0.02 - point.at.z();
+  const auto robot = build_model(config);
+  CHECK(robot->tip(robot->model.rest()).isApprox(Eigen::Vector3d(0, 0, 0.12), 1e-9));
+}
+
+TEST_CASE("The model has the body's material and mass, the plant its own", "[unit]") {
+  const Config config = finger_config();
+  const auto model = build_model(config), plant = build_plant(config);
+  const auto weight = [](const Robot& robot) { return robot.model.masses().sum(); };
+  CHECK(weight(*plant) / weight(*model) == Approx(0.0315 / 0.031));
+  // Energy at the same strain is in the ratio of the moduli.
+  const Eigen::VectorXd stretched = 1.01 * model->model.rest();
+  CHECK(plant->model.energy(stretched) / model->model.energy(stretched) == Approx(165.0 / 150));
+  CHECK(model->constraints.actuators() == 2);
+  CHECK(model->constraints.effector_coordinates() == 1);
+}
+
+TEST_CASE("A plant without its section is refused with what the section is for", "[unit]") {
+  Config config = finger_config();
+  config.plant.reset();
+  CHECK_THROWS_WITH(build_plant(config), Catch::Contains(config.file.string()) && Catch::Contains("plant") &&
+                                             Catch::Contains("simulated robot"));
+}
+
+TEST_CASE("The controller's limits are those of the file in SI units", "[unit]") {
+  const rt::ControllerConfig c =
+      controller_config(finger_config({{"stroke: -3 6 mm", "stroke: -4 7 mm"},
+                                       {"coordinates: x ", "coordinates: xz "},
+                                       {"stop: hold", "stop: relax"},
+                                       {"iteration_cap: 100", "iteration_cap: 55"},
+                                       {"target_age_limit: 500 ms", "target_age_limit: 0.2 s"}}));
+  CHECK(c.actuators == 2);
+  CHECK(c.effector_coordinates == 2);
+  CHECK(c.a_min == Eigen::Vector2d(0.1, 0.1));
+  CHECK(c.a_max == Eigen::Vector2d(2, 2));
+  CHECK(c.l_min.isApprox(Eigen::Vector2d(-0.004, -0.003)));
+  CHECK(c.l_max.isApprox(Eigen::Vector2d(0.007, 0.006)));
+  CHECK(c.v_max.isApprox(Eigen::Vector2d(0.03, 0.03)));
+  CHECK(c.workspace_min.isApprox(Eigen::Vector2d(-0.015, -0.11)));
+  CHECK(c.workspace_max.isApprox(Eigen::Vector2d(0.015, -0.09)));
+  CHECK(c.iteration_cap == 55);
+  CHECK(c.period_s == Approx(1.0 / 600));
+  CHECK(c.snapshot_age_limit_ns == 500'000'000);
+  CHECK(c.target_age_limit_ns == 200'000'000);
+  CHECK(c.late_cycles_limit == 20);
+  CHECK(c.stop == rt::StopAction::kRelax);
+}
+
+TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]") {
+  const Config config =
+      finger_config({{"node: 2, counts_per_turn: 65536, pulley_radius: 5 mm",
+                      "node: 9, counts_per_turn: 4096, pulley_radius: 8 mm, reversed: true"},
+                     {"heartbeat: 50 ms", "heartbeat: 40 ms"},
+                     {"tracker_rate: 100 Hz", "tracker_rate: 80 Hz"}});
+  const hal::MasterConfig m = master_config(config);
+  REQUIRE(m.axes.size() == 2);
+  CHECK(m.axes[0].name == "right");
+  CHECK(m.axes[0].node == 1);
+  CHECK(m.axes[0].scale.metres_per_count() == Approx(2 * std::numbers::pi * 0.005 / 65536));
+  CHECK(m.axes[1].node == 9);
+  CHECK(m.axes[1].scale.metres_per_count() == Approx(-2 * std::numbers::pi * 0.008 / 4096));
+  CHECK(m.period_ns == 1'666'667);
+  CHECK(m.master_node == 127);
+  CHECK(m.heartbeat_ns == 40'000'000);
+  CHECK(m.heartbeat_timeout_ns == 150'000'000);
+  CHECK(m.tracker_id == 0x1F0);
+  CHECK(m.tracker_rate_hz == 80);
+  CHECK_NOTHROW(hal::check(m));
+}
+
+TEST_CASE("Effector rows are the controlled coordinates in the order of the effectors", "[unit]") {
+  Config config;
+  config.effectors = {{"a", {}, {false, true, true}}, {"b", {}, {true, false, false}}};
+  const auto rows = effector_rows(config);
+  REQUIRE(rows.size() == 3);
+  CHECK((rows[0].effector == 0 && rows[0].axis == 1));
+  CHECK((rows[1].effector == 0 && rows[1].axis == 2));
+  CHECK((rows[2].effector == 1 && rows[2].axis == 0));
+}
+
+}  // namespace
+}  // namespace tendril::app
