@@ -1,0 +1,149 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/scenario/robot_files.h"
+
+// What goes wrong around the controller, on all of Tendril in virtual time, on the finger. Rows of the fault
+// table that only the controller itself can show (late cycles, the ways out of the QP) are in
+// tests/rt/controller_test.cpp.
+
+namespace tendril::app {
+namespace {
+
+using Catch::Matchers::Contains;
+using rt::Fault;
+using rt::Phase;
+
+constexpr double kStoppedWithin_s = 1.0;   // from a fault to disabled drives
+constexpr double kNoticedWithin_s = 0.25;  // a silent partner
+
+struct Running {
+  Config config = testing::finger();
+  VirtualRig rig{config, {}};
+  Running() {
+    REQUIRE(rig.run_until(Phase::kRunning, 3));
+    rig.run_for(0.8);
+    REQUIRE(rig.phase() == Phase::kRunning);
+    REQUIRE(std::abs(speed()) > 1e-4);  // it moves
+  }
+  const rt::TraceRecord& last() const { return rig.trace().back(); }
+  /// Commanded speed of the first cable, m/s.
+  double speed() const {
+    const auto& trace = rig.trace();
+    return (trace.back().command[0] - trace[trace.size() - 2].command[0]) * config.control.rate_hz;
+  }
+  void check_limits() const { CHECK(testing::within_limits(config, rig.trace())); }
+};
+
+TEST_CASE("Without new snapshots the controller goes on for the age limit, then holds, then recovers",
+          "[scenario]") {
+  Running run;
+  run.rig.stall_model(true);
+  run.rig.run_for(0.5 * run.config.control.snapshot_age_limit);
+  CHECK_FALSE(run.last().faults.has(Fault::kSnapshotStale));
+  CHECK(std::abs(run.speed()) > 1e-4);
+  run.rig.run_for(run.config.control.snapshot_age_limit);
+  CHECK(run.last().faults.has(Fault::kSnapshotStale));
+  const double held = run.last().command[0];
+  run.rig.run_for(0.2);
+  CHECK(run.last().command[0] == held);
+  CHECK(run.last().phase == Phase::kRunning);
+  run.rig.stall_model(false);
+  run.rig.run_for(0.3);
+  CHECK_FALSE(run.last().faults.has(Fault::kSnapshotStale));
+  run.check_limits();
+}
+
+TEST_CASE("Without new targets the controller holds the last good one", "[scenario]") {
+  Running run;
+  run.rig.stall_targets(true);
+  run.rig.run_for(run.config.control.target_age_limit + 0.1);
+  REQUIRE(run.last().faults.has(Fault::kTargetStale));
+  const double wanted = run.last().desired[0];
+  run.rig.run_for(0.3);
+  CHECK(run.last().desired[0] == wanted);
+  CHECK(run.last().p_e[0] == Approx(wanted).margin(1e-4));
+  run.rig.stall_targets(false);
+  run.rig.run_for(0.1);
+  CHECK(run.last().faults.bits() == 0);
+  run.check_limits();
+}
+
+TEST_CASE("A target outside the workspace is refused and the last good one kept", "[scenario]") {
+  Config config = testing::finger();
+  config.control.workspace_max.x() = 0.003;  // the path goes to 5 mm
+  VirtualRig rig(config, {});
+  REQUIRE(rig.run_until(Phase::kRunning, 3));
+  rig.run_for(2);
+  bool refused = false;
+  for (const rt::TraceRecord& record : rig.trace()) {
+    CHECK(record.desired[0] <= 0.003);
+    refused = refused || record.faults.has(Fault::kTargetRefused);
+  }
+  CHECK(refused);
+  CHECK(rig.phase() == Phase::kRunning);
+  CHECK(testing::within_limits(config, rig.trace()));
+}
+
+TEST_CASE("A controller that dies leaves drives that stop by themselves", "[scenario]") {
+  Running run;
+  run.rig.controller_plug().set_plugged(false);
+  run.rig.stall_control(true);
+  run.rig.run_for(run.config.bus.heartbeat_timeout + kNoticedWithin_s);
+  for (size_t a = 0; a < run.config.cables.size(); ++a)
+    CHECK(run.rig.drives().drive(static_cast<int>(a)).state() == hal::DriveState::kFault);
+  const PlantLengths held = run.rig.winches();
+  run.rig.run_for(0.5);
+  CHECK(run.rig.winches().delta_a == held.delta_a);
+}
+
+TEST_CASE("A robot that vanishes from the bus makes the controller stop with the reason", "[scenario]") {
+  Running run;
+  run.rig.plant_plug().set_plugged(false);
+  REQUIRE(run.rig.run_until(Phase::kStopping, run.config.bus.heartbeat_timeout + kNoticedWithin_s));
+  REQUIRE(run.rig.run_until(Phase::kStopped, 2 * kStoppedWithin_s));
+  CHECK(run.rig.controller().faulted());
+  CHECK(run.rig.controller().stop_reason() == Fault::kDrives);
+  CHECK_THAT(run.rig.master().describe(run.rig.controller().drive_fault()),
+             Contains("right") && Contains("node 1") && Contains("lost"));
+  run.check_limits();
+  CHECK(run.rig.heap_calls() == 0);
+}
+
+TEST_CASE("A drive's fault stops all drives, and the reason names it", "[scenario]") {
+  Running run;
+  run.rig.drives().drive(1).inject_fault(0x4310);  // excess temperature of the drive
+  REQUIRE(run.rig.run_until(Phase::kStopped, kStoppedWithin_s));
+  CHECK(run.rig.controller().stop_reason() == Fault::kDrives);
+  const hal::DriveFault& fault = run.rig.controller().drive_fault();
+  CHECK(fault.kind == hal::FaultKind::kDriveFault);
+  CHECK(fault.axis == 1);
+  CHECK_THAT(run.rig.master().describe(fault), Contains("left"));
+  run.rig.run_for(0.1);
+  CHECK(run.rig.drives().drive(0).state() == hal::DriveState::kSwitchOnDisabled);
+  run.check_limits();
+}
+
+TEST_CASE("A bus that goes off ends the run with the reason", "[scenario]") {
+  const auto [health, kind] = GENERATE(std::pair{hal::BusHealth::kOff, hal::FaultKind::kBusOff},
+                                       std::pair{hal::BusHealth::kPassive, hal::FaultKind::kBusPassive},
+                                       std::pair{hal::BusHealth::kDown, hal::FaultKind::kBusDown});
+  Running run;
+  run.rig.controller_plug().set_health(health);
+  REQUIRE(run.rig.run_until(Phase::kStopped, 2 * kStoppedWithin_s));
+  CHECK(run.rig.controller().drive_fault().kind == kind);
+}
+
+TEST_CASE("A model that gives up ends the run before any drive is enabled", "[scenario]") {
+  Config config = testing::finger();
+  VirtualRig rig(config, {});
+  rig.stall_model(true);
+  REQUIRE(rig.run_until(Phase::kModelling, 3));
+  rig.requests().model_failed = true;
+  REQUIRE(rig.run_until(Phase::kStopped, 3));
+  CHECK(rig.controller().stop_reason() == Fault::kModelFailed);
+  for (const rt::TraceRecord& record : rig.trace()) CHECK(record.phase != Phase::kEnabling);
+}
+
+}  // namespace
+}  // namespace tendril::app

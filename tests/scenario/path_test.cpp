@@ -1,0 +1,115 @@
+#include <catch2/catch.hpp>
+#include <cstring>
+
+#include "app/inverse_statics.h"
+#include "tests/scenario/robot_files.h"
+
+// How well the simulated robot follows a path, in virtual time. Its body is 10 % stiffer than the model and
+// has a mass and damping of its own.
+
+namespace tendril::app {
+namespace {
+
+constexpr double kDiamondMean_mm = 1.0, kDiamondMax_mm = 2.0;  // the paper's robot: 1.82 mm on average
+constexpr double kFingerMean_mm = 0.5, kFingerMax_mm = 1.0;
+constexpr int kIterationsPerCable = 16;  // of the QP, where limits conflict on the way to the path
+
+void check_run(const Config& config, const VirtualRig& rig, double mean_mm, double max_mm) {
+  REQUIRE(rig.phase() == rt::Phase::kRunning);
+  REQUIRE(rig.motion());
+  REQUIRE(rig.now_ns() > rig.motion()->path_start_ns());
+  int iterations = 0;
+  for (const rt::TraceRecord& record : rig.trace()) {
+    CHECK(record.faults.bits() == 0);
+    iterations = std::max(iterations, record.qp_iterations);
+  }
+  CHECK(iterations <= kIterationsPerCable * static_cast<int>(config.cables.size()));
+  CHECK(rig.heap_calls() == 0);
+  CHECK(testing::within_limits(config, rig.trace()));
+  const auto errors = testing::tracking_errors_mm(config, rig);
+  CAPTURE(testing::mean(errors), testing::largest(errors), iterations);
+  CHECK(testing::mean(errors) < mean_mm);
+  CHECK(testing::largest(errors) < max_mm);
+}
+
+TEST_CASE("The diamond follows its square on a body that is stiffer than the model", "[scenario]") {
+  const Config config = testing::diamond();
+  VirtualRig rig(config, {.model_rate_hz = 30});
+  rig.run_for(4.5);
+  check_run(config, rig, kDiamondMean_mm, kDiamondMax_mm);
+}
+
+TEST_CASE("The finger follows its line with two cables for one coordinate", "[scenario]") {
+  const Config config = testing::finger();
+  VirtualRig rig(config, {});
+  rig.run_for(4);
+  check_run(config, rig, kFingerMean_mm, kFingerMax_mm);
+}
+
+TEST_CASE("The same run in virtual time gives the same bits", "[scenario]") {
+  const Config config = testing::finger();
+  VirtualRig one(config, {}), two(config, {});
+  one.run_for(1.5);
+  two.run_for(1.5);
+  REQUIRE(one.phase() == rt::Phase::kRunning);
+  REQUIRE(one.trace().size() == two.trace().size());
+  REQUIRE(one.tips().size() == two.tips().size());
+  const auto same_bits = [](const auto& a, const auto& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; };
+  for (size_t k = 0; k < one.trace().size(); ++k) {
+    const rt::TraceRecord &a = one.trace()[k], &b = two.trace()[k];
+    REQUIRE((same_bits(a.command, b.command) && same_bits(a.lambda, b.lambda) && same_bits(a.p_e, b.p_e) &&
+             same_bits(a.measured, b.measured) && same_bits(a.desired, b.desired) &&
+             same_bits(a.tracker, b.tracker)));
+    REQUIRE((a.phase == b.phase && a.qp_iterations == b.qp_iterations &&
+             a.snapshot_sequence == b.snapshot_sequence && a.faults.bits() == b.faults.bits() &&
+             a.intended_ns == b.intended_ns));
+  }
+  for (size_t k = 0; k < one.tips().size(); ++k)
+    REQUIRE(same_bits(one.tips()[k].position, two.tips()[k].position));
+}
+
+TEST_CASE("A goal out of reach is served by the closest point, within all limits", "[scenario]") {
+  Config config = testing::finger();
+  config.control.workspace_min.x() = -0.2;
+  config.control.workspace_max.x() = 0.2;
+  config.motion->waypoints = {{0.08, 0, 0}};  // nearly the finger's length aside
+  config.motion->speed = 0.05;
+  VirtualRig rig(config, {});
+  rig.run_for(5);
+  REQUIRE(rig.phase() == rt::Phase::kRunning);
+  CHECK(testing::within_limits(config, rig.trace()));
+  const rt::TraceRecord& last = rig.trace().back();
+  const StaticReach best = reach(*build_model(config), controller_config(config), config.control.epsilon,
+                                 rt::EffectorVector::Constant(1, 0.08));
+  REQUIRE(best.converged);
+  CHECK(best.p_e[0] < 0.07);
+  CHECK(last.p_e[0] == Approx(best.p_e[0]).margin(1e-4));
+  // It got as far as its limits allow: something is at its limit.
+  bool at_limit = false;
+  for (size_t a = 0; a < config.cables.size(); ++a)
+    at_limit = at_limit || last.lambda[a] > config.cables[a].tension_max - 1e-6 ||
+               last.command[a] > config.cables[a].stroke_max - 1e-6 ||
+               last.command[a] < config.cables[a].stroke_min + 1e-6;
+  CHECK(at_limit);
+}
+
+TEST_CASE("The error grows when the model is refreshed less often and not when the bus is a little slower",
+          "[scenario]") {
+  Config config = testing::finger();
+  config.motion->speed = 0.04;
+  const auto error = [&](const VirtualSettings& settings) {
+    VirtualRig rig(config, settings);
+    rig.run_for(3);
+    REQUIRE(rig.phase() == rt::Phase::kRunning);
+    return testing::mean(testing::tracking_errors_mm(config, rig));
+  };
+  const double fast = error({.model_rate_hz = 100});
+  const double slow = error({.model_rate_hz = 2});
+  const double slow_bus = error({.model_rate_hz = 100, .bus_delay_ns = 600'000});
+  CAPTURE(fast, slow, slow_bus);
+  CHECK(slow > 1.05 * fast);
+  CHECK(slow_bus < 1.5 * fast);
+}
+
+}  // namespace
+}  // namespace tendril::app

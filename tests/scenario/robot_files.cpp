@@ -1,0 +1,53 @@
+#include "tests/scenario/robot_files.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace tendril::app::testing {
+namespace {
+
+const std::filesystem::path kConfig = std::filesystem::path(TENDRIL_SOURCE_DIR) / "config";
+constexpr double kRounding = 1e-12;  // m
+
+}  // namespace
+
+Config finger() { return load_config(kConfig / "finger.yaml"); }
+Config diamond() { return load_config(kConfig / "diamond.yaml"); }
+
+bool within_limits(const Config& config, const std::vector<rt::TraceRecord>& trace) {
+  for (size_t k = 1; k < trace.size(); ++k) {
+    if (trace[k].phase < rt::Phase::kRunning) continue;
+    for (size_t a = 0; a < config.cables.size(); ++a) {
+      const CableConfig& cable = config.cables[a];
+      const double step = std::abs(trace[k].command[a] - trace[k - 1].command[a]);
+      if (trace[k].command[a] > cable.stroke_max + kRounding ||
+          trace[k].command[a] < cable.stroke_min - kRounding)
+        return false;
+      if (step > cable.top_speed / config.control.rate_hz + kRounding) return false;
+    }
+  }
+  return true;
+}
+
+std::vector<double> tracking_errors_mm(const Config& config, const VirtualRig& rig) {
+  const auto rows = effector_rows(config);
+  std::vector<double> errors;
+  for (const PlantTip& tip : rig.tips()) {
+    if (tip.stamp_ns < rig.motion()->path_start_ns()) continue;
+    const rt::EffectorVector wanted = rig.motion()->at(tip.stamp_ns).position;
+    double sum = 0;
+    for (size_t r = 0; r < rows.size(); ++r)
+      if (rows[r].effector == 0) sum += std::pow(wanted[r] - tip.position[rows[r].axis], 2);
+    errors.push_back(1e3 * std::sqrt(sum));
+  }
+  return errors;
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double largest(const std::vector<double>& values) { return *std::max_element(values.begin(), values.end()); }
+
+}  // namespace tendril::app::testing

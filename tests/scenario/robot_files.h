@@ -1,0 +1,22 @@
+#pragma once
+
+#include "app/config.h"
+#include "app/virtual_rig.h"
+
+namespace tendril::app::testing {
+
+/// The two robots that are shipped. The finger is small, so most scenarios play on it.
+Config finger();
+Config diamond();
+
+/// True where every command of the trace keeps to strokes and top speeds, but for rounding.
+bool within_limits(const Config& config, const std::vector<rt::TraceRecord>& trace);
+
+/// Distances of the simulated tip from the wanted one in the first effector's controlled coordinates, at
+/// every time step of the body on the path, mm.
+std::vector<double> tracking_errors_mm(const Config& config, const VirtualRig& rig);
+
+double mean(const std::vector<double>& values);
+double largest(const std::vector<double>& values);
+
+}  // namespace tendril::app::testing

@@ -1,0 +1,153 @@
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/hal/vcan0.h"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string content(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+/// Asks now and then, for two minutes: nothing that is waited for here takes long, but machines stall.
+bool comes_true(const std::function<bool()>& question) {
+  for (int tries = 0; tries < 6000; ++tries) {
+    if (question()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return false;
+}
+
+/// A folder that is gone with the object.
+class Folder {
+ public:
+  Folder() {
+    std::string name = fs::temp_directory_path() / "tendril-vcan-run-XXXXXX";
+    REQUIRE(::mkdtemp(name.data()) != nullptr);
+    path_ = name;
+  }
+  ~Folder() { fs::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  fs::path operator/(const char* name) const { return path_ / name; }
+
+ private:
+  fs::path path_;
+};
+
+/// A program that runs beside the test and writes all it says into a file; killed with the object.
+class Program {
+ public:
+  Program(std::vector<std::string> words, const fs::path& output) {
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, output.c_str(), O_WRONLY | O_CREAT | O_APPEND,
+                                     0600);
+    posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
+    const int error = ::posix_spawn(&pid_, arguments[0], &files, nullptr, arguments.data(), environ);
+    posix_spawn_file_actions_destroy(&files);
+    INFO(words[0]);
+    REQUIRE(error == 0);
+  }
+  ~Program() {
+    if (ended()) return;
+    ::kill(pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+  }
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  bool ended() {
+    if (!ended_) ended_ = ::waitpid(pid_, &status_, WNOHANG) == pid_;
+    return ended_;
+  }
+
+  /// Its exit code once it has ended; -1 where it does not, or of a signal.
+  int exit_code() {
+    const bool in_time = comes_true([this] { return ended(); });
+    return in_time && WIFEXITED(status_) ? WEXITSTATUS(status_) : -1;
+  }
+
+  void terminate() { ::kill(pid_, SIGTERM); }
+
+ private:
+  pid_t pid_ = -1;
+  int status_ = 0;
+  bool ended_ = false;
+};
+
+/// The finger's file with time limits so wide that a machine which stalls is no fault: this test is not about
+/// time.
+void write_patient_finger(const fs::path& file) {
+  const fs::path shipped = fs::path(TENDRIL_SOURCE_DIR) / "config";
+  std::string yaml = content(shipped / "finger.yaml");
+  const auto replace = [&yaml](const std::string& from, const std::string& to) {
+    INFO(from);
+    const size_t at = yaml.find(from);
+    REQUIRE(at != std::string::npos);
+    yaml.replace(at, from.size(), to);
+  };
+  replace("file: finger.msh", "file: " + (shipped / "finger.msh").string());
+  replace("snapshot_age_limit: 500 ms", "snapshot_age_limit: 30 s");
+  replace("target_age_limit: 500 ms", "target_age_limit: 30 s");
+  replace("late_cycles_limit: 20", "late_cycles_limit: 20000");
+  replace("heartbeat_timeout: 150 ms", "heartbeat_timeout: 30 s");
+  std::ofstream(file) << yaml;
+}
+
+}  // namespace
+
+TEST_CASE("The daemon moves the simulated finger along its path over a SocketCAN interface", "[vcan]") {
+  if (tendril::hal::testing::skipped_without_vcan0()) return;
+  const Folder folder;
+  const std::string robot = folder / "finger.yaml", report = folder / "report";
+  write_patient_finger(robot);
+
+  Program plant({TENDRIL_PLANT, robot, "--bus", "vcan0"}, folder / "plant.log");
+  const auto plant_is_ready = [&] {
+    return content(folder / "plant.log").find("ready\n") != std::string::npos;
+  };
+  REQUIRE(comes_true([&] { return plant_is_ready() || plant.ended(); }));
+  Program daemon(
+      {TENDRIL_DAEMON, robot, "--bus", "vcan0", "--duration", "2", "--allow-non-rt", "--report", report},
+      folder / "daemon.log");
+  const int daemon_code = daemon.exit_code();
+  plant.terminate();
+  const int plant_code = plant.exit_code();
+
+  INFO(content(folder / "plant.log") << content(folder / "daemon.log"));
+  CHECK(daemon_code == 0);
+  CHECK(plant_code == 0);
+  const nlohmann::json summary = nlohmann::json::parse(content(folder / "report/summary.json"));
+  INFO(summary.dump(2));
+  CHECK(summary["bus"] == "CAN interface vcan0");
+  CHECK(summary["faults"].empty());
+  CHECK(summary["bus_dropped"] == 0);
+  // The path leads 5 mm to either side: a finger that hung still would be off by up to that.
+  CHECK(summary["tracking_error_mm"]["samples"] > 10);
+  CHECK(summary["tracking_error_mm"]["mean"] < 1.5);
+}
