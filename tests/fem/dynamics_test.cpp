@@ -64,6 +64,30 @@ TEST_CASE("A swinging body loses energy and never gains any", "[law]") {
   CHECK(before < start);
 }
 
+TEST_CASE("One step from rest obeys backward Euler with Rayleigh damping", "[law]") {
+  const unsigned seed = GENERATE(61u, 62u);
+  CAPTURE(seed);
+  std::mt19937 random(seed);
+  const Mesh mesh = testing::beam(4, 2, 2, 0.01);
+  const Model model = testing::beam_model(mesh, {150e3, 0.45}, 0.05, Eigen::Vector3d::Zero());
+  const Constraints constraints(model, {}, {});
+  const double h = 0.01, alpha = 3, beta = 0.02;
+  Dynamics moving(model, constraints, {alpha, beta});
+  const Eigen::VectorXd v = testing::random_vector(random, model.unknowns(), 0.01);
+  moving.set_velocity(v);
+  REQUIRE(moving.step(Eigen::VectorXd(), h));
+
+  StiffnessMatrix K = model.make_stiffness({});
+  Eigen::VectorXd f;
+  model.assemble(model.rest(), Tangent::kExact, model.scatter(K), f, K);
+  const Eigen::VectorXd& next = moving.v();
+  const Eigen::VectorXd inertia = model.masses().cwiseProduct(next - v) / h;
+  const Eigen::VectorXd damping = alpha * model.masses().cwiseProduct(next) + beta * K.multiply(next);
+  const Eigen::VectorXd elastic = h * K.multiply(next);
+  CHECK((inertia + damping + elastic).norm() < 1e-9 * inertia.norm());
+  CHECK((moving.x() - model.rest() - h * next).norm() < 1e-15);
+}
+
 TEST_CASE("A pulled cable is taut at its length at the end of every step, a paid-out one is slack", "[law]") {
   const Beam beam;
   const double h = 0.01;
