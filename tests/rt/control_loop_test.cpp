@@ -1,6 +1,7 @@
 #include "rt/control_loop.h"
 
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <limits>
 #include <memory>
 #include <thread>
@@ -31,12 +32,15 @@ class ObedientDrives final : public hal::DriveMaster {
     measurement_.all_enabled = command.enable;
     measurement_.all_disabled = measurement_.finished = !command.enable;
     if (command.enable) measurement_.position = command.position;
+    if (++commands_ == 100) std::this_thread::sleep_for(stall);
   }
   std::string describe(const hal::DriveFault&) const override { return {}; }
 
   int received = 0;
+  std::chrono::milliseconds stall{0};  ///< how long the hundredth command takes
 
  private:
+  int commands_ = 0;
   hal::Measurement measurement_;
 };
 
@@ -103,6 +107,7 @@ TEST_CASE("A cycle reads what has arrived, writes its frames in order, feeds bac
 TEST_CASE("The loop on the clock counts every deadline, traces every cycle and makes no heap call", "[rt]") {
   const auto rig = std::make_unique<Loop>();
   const auto counts = std::make_unique<LoopCounts>();
+  rig->drives.stall = std::chrono::milliseconds(9);  // four periods and a half
   rig->publish(now_ns(), 0.005);
   PeriodicClock clock(500);
   std::thread control([&] { rig->loop.run(clock, rig->trace, *counts, rig->progress); });
@@ -129,6 +134,7 @@ TEST_CASE("The loop on the clock counts every deadline, traces every cycle and m
     missed += records[k].missed;
   }
   CHECK(rig->trace.dropped() == 0);
+  CHECK(missed >= 4);
   CHECK(counts->late_cycles == missed);
   CHECK(counts->cycles == static_cast<std::int64_t>(records.size()) + missed);
   CHECK(counts->wakeup.count() >= counts->cycles);
