@@ -69,12 +69,8 @@ int check_robot(const Config& config, bool json) {
             : "finds no rest with all cables at rest length: is the body too soft for its weight?";
   std::string lines;
   if (config.motion && rests) {
-    const auto rows = effector_rows(config);
     for (size_t k = 0; k < config.motion->waypoints.size(); ++k) {
-      rt::EffectorVector goal = at_rest;
-      for (size_t r = 0; r < rows.size(); ++r)
-        if (rows[r].effector == 0)
-          goal[r] = config.motion->origin[rows[r].axis] + config.motion->waypoints[k][rows[r].axis];
+      const rt::EffectorVector goal = goal_at(config, config.motion->waypoints[k], at_rest);
       const StaticReach reached = reach(*robot, limits, config.control.epsilon, goal);
       const double miss = reached.converged ? (reached.p_e - goal).norm() : INFINITY;
       good = good && miss <= kReached;

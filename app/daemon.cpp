@@ -95,11 +95,7 @@ class Housekeeping {
     spdlog::info("phase: {}", rt::name(record.phase));
     if (record.phase == rt::Phase::kRunning) {
       running_since_ns_ = record.intended_ns;
-      if (config_.motion)
-        motion_.emplace(config_,
-                        rt::EffectorVector(Eigen::Map<const Eigen::VectorXd>(
-                            record.p_e.data(), static_cast<Eigen::Index>(effector_rows(config_).size()))),
-                        record.intended_ns);
+      if (config_.motion) motion_.emplace(config_, record);
       sd_notify(0, "READY=1");
     }
     if (record.phase == rt::Phase::kStopping) sd_notify(0, "STOPPING=1");

@@ -6,16 +6,26 @@
 
 namespace tendril::app {
 
+rt::EffectorVector goal_at(const Config& config, const Eigen::Vector3d& waypoint,
+                           const rt::EffectorVector& others) {
+  const auto rows = effector_rows(config);
+  rt::EffectorVector goal = others;
+  for (size_t r = 0; r < rows.size(); ++r)
+    if (rows[r].effector == 0) goal[r] = config.motion->origin[rows[r].axis] + waypoint[rows[r].axis];
+  return goal;
+}
+
+Motion::Motion(const Config& config, const rt::TraceRecord& cycle)
+    : Motion(config,
+             Eigen::Map<const Eigen::VectorXd>(cycle.p_e.data(),
+                                               static_cast<Eigen::Index>(effector_rows(config).size())),
+             cycle.intended_ns) {}
+
 Motion::Motion(const Config& config, const rt::EffectorVector& start, std::int64_t start_ns)
     : speed_(config.motion->speed), closed_(config.motion->closed), start_ns_(start_ns) {
-  const auto rows = effector_rows(config);
   std::vector<rt::EffectorVector> waypoints;
-  for (const Eigen::Vector3d& waypoint : config.motion->waypoints) {
-    rt::EffectorVector p = start;
-    for (size_t r = 0; r < rows.size(); ++r)
-      if (rows[r].effector == 0) p[r] = config.motion->origin[rows[r].axis] + waypoint[rows[r].axis];
-    waypoints.push_back(p);
-  }
+  for (const Eigen::Vector3d& waypoint : config.motion->waypoints)
+    waypoints.push_back(goal_at(config, waypoint, start));
   approach_ = leg(start, waypoints.front());
   path_start_ns_ = start_ns_ + approach_.duration_ns;
   for (size_t k = 1; k < waypoints.size(); ++k) path_.push_back(leg(waypoints[k - 1], waypoints[k]));

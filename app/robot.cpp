@@ -70,10 +70,9 @@ fem::Attachment attach(const fem::Model& model, const Config& config, const Poin
   }
 }
 
-std::vector<fem::Cable> attach_cables(const fem::Model& model, const std::vector<CableConfig>& cables,
-                                      const Config& config) {
+std::vector<fem::Cable> attach_cables(const fem::Model& model, const Config& config) {
   std::vector<fem::Cable> result;
-  for (const CableConfig& cable : cables) {
+  for (const CableConfig& cable : config.cables) {
     fem::Cable attached;
     for (const PointConfig& point : cable.points)
       if (point.on_body)
@@ -85,11 +84,9 @@ std::vector<fem::Cable> attach_cables(const fem::Model& model, const std::vector
   return result;
 }
 
-std::vector<fem::Effector> attach_effectors(const fem::Model& model,
-                                            const std::vector<EffectorConfig>& effectors,
-                                            const Config& config) {
+std::vector<fem::Effector> attach_effectors(const fem::Model& model, const Config& config) {
   std::vector<fem::Effector> result;
-  for (const EffectorConfig& effector : effectors)
+  for (const EffectorConfig& effector : config.effectors)
     result.push_back({attach(model, config, effector.point, fmt::format("effector '{}'", effector.name)),
                       effector.controlled});
   return result;
@@ -97,8 +94,10 @@ std::vector<fem::Effector> attach_effectors(const fem::Model& model,
 
 std::unique_ptr<Robot> build(const Config& config, const fem::Material& material, const fem::Mass& mass) {
   fem::Model body = build_body(config, material, mass);
+  auto cables = attach_cables(body, config);
+  auto effectors = attach_effectors(body, config);
   try {
-    return std::make_unique<Robot>(std::move(body), config.cables, config.effectors, config);
+    return std::make_unique<Robot>(std::move(body), std::move(cables), std::move(effectors));
   } catch (const std::invalid_argument& error) {
     throw ConfigError(fmt::format("{}: {}", config.file.string(), error.what()));
   }
@@ -108,11 +107,10 @@ std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
 
 }  // namespace
 
-Robot::Robot(fem::Model body, const std::vector<CableConfig>& cables,
-             const std::vector<EffectorConfig>& effectors, const Config& config)
+Robot::Robot(fem::Model body, std::vector<fem::Cable> cables, std::vector<fem::Effector> effectors)
     : model(std::move(body)),
-      tip_attachment(attach_effectors(model, effectors, config).at(0).at),
-      constraints(model, attach_cables(model, cables, config), attach_effectors(model, effectors, config)) {}
+      tip_attachment(effectors.at(0).at),
+      constraints(model, std::move(cables), std::move(effectors)) {}
 
 std::unique_ptr<Robot> build_model(const Config& config) {
   const MaterialConfig& m = config.material;

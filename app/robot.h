@@ -13,8 +13,8 @@ namespace tendril::app {
 /// A body with its actuators and effectors, built from a configuration. Stays where it was built: its
 /// constraints refer to its model.
 struct Robot {
-  Robot(fem::Model body, const std::vector<CableConfig>& cables, const std::vector<EffectorConfig>& effectors,
-        const Config& config);
+  /// @param effectors  at least one; attached, like the cables, to the body
+  Robot(fem::Model body, std::vector<fem::Cable> cables, std::vector<fem::Effector> effectors);
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
 

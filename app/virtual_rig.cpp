@@ -94,11 +94,7 @@ void VirtualRig::control() {
   const rt::TraceRecord& record = loop_.cycle(now_ns_, now_ns_, 0);
   heap_calls_ += heap.calls();
   trace_.push_back(record);
-  if (!motion_ && config_.motion && record.phase == rt::Phase::kRunning)
-    motion_.emplace(config_,
-                    rt::EffectorVector(Eigen::Map<const Eigen::VectorXd>(
-                        record.p_e.data(), robot_->constraints.effector_coordinates())),
-                    now_ns_);
+  if (!motion_ && config_.motion && record.phase == rt::Phase::kRunning) motion_.emplace(config_, record);
 }
 
 }  // namespace tendril::app
