@@ -6,12 +6,16 @@
 #include <cmath>
 #include <new>
 #include <stdexcept>
+#include <vector>
 
 namespace tendril::fem {
 
 struct Factor::Cholmod {
   cholmod_common common{};
   cholmod_factor* L = nullptr;
+  // K in columns of scalars, as CHOLMOD reads it.
+  std::vector<int> starts, rows;
+  std::vector<double> values;
   // Work space that cholmod_solve2 keeps from call to call.
   cholmod_dense* X = nullptr;
   cholmod_dense* Y = nullptr;
@@ -36,14 +40,32 @@ struct Factor::Cholmod {
 
 namespace {
 
-/// CHOLMOD's view of K; CHOLMOD only reads through it.
-cholmod_sparse view(const StiffnessMatrix& K) {
+/// The pattern of K in columns of scalars. Blocks on the diagonal stay whole: CHOLMOD ignores the upper half.
+void set_pattern(const StiffnessMatrix& K, std::vector<int>& starts, std::vector<int>& rows) {
+  starts.assign(1, 0);
+  for (int j = 0; j < K.nodes(); ++j)
+    for (int c = 0; c < 3; ++c) {
+      for (int k = K.column_starts()[j]; k < K.column_starts()[j + 1]; ++k)
+        for (int r = 0; r < 3; ++r) rows.push_back(3 * K.rows()[k] + r);
+      starts.push_back(static_cast<int>(rows.size()));
+    }
+}
+
+void set_values(const StiffnessMatrix& K, std::vector<double>& values) {
+  auto value = values.begin();
+  for (int j = 0; j < K.nodes(); ++j)
+    for (int c = 0; c < 3; ++c)
+      for (int k = K.column_starts()[j]; k < K.column_starts()[j + 1]; ++k)
+        value = std::copy_n(K.block(k) + 3 * c, 3, value);
+}
+
+cholmod_sparse view(std::vector<int>& starts, std::vector<int>& rows, std::vector<double>& values) {
   cholmod_sparse A{};
-  A.nrow = A.ncol = static_cast<size_t>(K.size());
-  A.nzmax = K.values().size();
-  A.p = const_cast<int*>(K.column_starts().data());
-  A.i = const_cast<int*>(K.rows().data());
-  A.x = const_cast<double*>(K.values().data());
+  A.nrow = A.ncol = starts.size() - 1;
+  A.nzmax = values.size();
+  A.p = starts.data();
+  A.i = rows.data();
+  A.x = values.data();
   A.stype = -1;  // the lower triangle counts
   A.itype = CHOLMOD_INT;
   A.xtype = CHOLMOD_REAL;
@@ -56,7 +78,9 @@ cholmod_sparse view(const StiffnessMatrix& K) {
 }  // namespace
 
 Factor::Factor(const StiffnessMatrix& K) : cholmod_(std::make_unique<Cholmod>()) {
-  cholmod_sparse A = view(K);
+  set_pattern(K, cholmod_->starts, cholmod_->rows);
+  cholmod_->values.resize(cholmod_->rows.size());
+  cholmod_sparse A = view(cholmod_->starts, cholmod_->rows, cholmod_->values);
   cholmod_->L = cholmod_analyze(&A, &cholmod_->common);
   if (!cholmod_->L) throw std::runtime_error("CHOLMOD could not analyse the stiffness matrix: out of memory");
 }
@@ -64,7 +88,8 @@ Factor::Factor(const StiffnessMatrix& K) : cholmod_(std::make_unique<Cholmod>())
 Factor::~Factor() = default;
 
 bool Factor::factorize(const StiffnessMatrix& K) {
-  cholmod_sparse A = view(K);
+  set_values(K, cholmod_->values);
+  cholmod_sparse A = view(cholmod_->starts, cholmod_->rows, cholmod_->values);
   cholmod_->common.status = CHOLMOD_OK;
   cholmod_factorize(&A, cholmod_->L, &cholmod_->common);
   if (cholmod_->common.status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();

@@ -62,7 +62,7 @@ class Model {
 
   /// Slots of all elements' blocks in a matrix that make_stiffness() made; one list serves all such matrices
   /// of the same cliques.
-  using Scatter = std::vector<std::array<StiffnessMatrix::Slot, 10>>;
+  using Scatter = std::vector<std::array<int, 10>>;
   Scatter scatter(const StiffnessMatrix& K) const;
 
   /// Internal forces f(x) (3N, N) and the tangent K(x) = −∂f/∂x (N/m), both overwritten.
