@@ -36,7 +36,7 @@ fem::Mesh load_mesh(const Config& config) {
 std::vector<int> fixed_nodes(const Config& config, const fem::Mesh& mesh) {
   const FixedConfig& fixed = config.fixed;
   if (fixed.region.empty()) {
-    auto nodes = fem::nodes_in_box(mesh, fixed.box_min, fixed.box_max);
+    auto nodes = fem::nodes_in(mesh, fem::Box{fixed.box_min, fixed.box_max});
     if (nodes.empty()) refuse(config, fixed.line, "fixed.box: found no node of the mesh inside");
     return nodes;
   }

@@ -34,6 +34,13 @@ std::string place(const Eigen::Vector3d& p) {
   return fmt::format("({:.4g}, {:.4g}, {:.4g}) mm", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z());
 }
 
+bool contains(const Space& space, const Eigen::Vector3d& p) {
+  if (const auto* box = std::get_if<Box>(&space))
+    return (p.array() >= box->lower.array()).all() && (p.array() <= box->upper.array()).all();
+  const auto& [centre, radius] = std::get<Sphere>(space);
+  return (p - centre).norm() <= radius;
+}
+
 }  // namespace
 
 double signed_volume(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
@@ -82,12 +89,17 @@ void check(const Mesh& mesh) {
   unreferenced.refuse_if_any("nodes belong to no tetrahedron", "remove them from the mesh file");
 }
 
-std::vector<int> nodes_in_box(const Mesh& mesh, const Eigen::Vector3d& lower, const Eigen::Vector3d& upper) {
+std::vector<int> nodes_in(const Mesh& mesh, const Space& space) {
   std::vector<int> inside;
-  for (int i = 0; i < mesh.node_count(); ++i) {
-    const Eigen::Array3d p = mesh.nodes.col(i);
-    if ((p >= lower.array()).all() && (p <= upper.array()).all()) inside.push_back(i);
-  }
+  for (int i = 0; i < mesh.node_count(); ++i)
+    if (contains(space, mesh.nodes.col(i))) inside.push_back(i);
+  return inside;
+}
+
+std::vector<int> tets_in(const Mesh& mesh, const Space& space) {
+  std::vector<int> inside;
+  for (int t = 0; t < mesh.tet_count(); ++t)
+    if (contains(space, mesh.nodes(Eigen::all, mesh.tets[t]).rowwise().mean())) inside.push_back(t);
   return inside;
 }
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace tendril::fem {
@@ -14,11 +15,12 @@ struct MeshError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A tetrahedral mesh with named sets of nodes.
+/// A tetrahedral mesh with named sets of nodes and of tetrahedra.
 struct Mesh {
   Eigen::Matrix3Xd nodes;                           ///< 3 × N positions at rest, m
   std::vector<std::array<int, 4>> tets;             ///< node indices from 0, positively oriented
   std::map<std::string, std::vector<int>> regions;  ///< name → node indices, ascending
+  std::map<std::string, std::vector<int>> volumes;  ///< name → tetrahedron indices, ascending
 
   int node_count() const { return static_cast<int>(nodes.cols()); }
   int tet_count() const { return static_cast<int>(tets.size()); }
@@ -36,8 +38,26 @@ double signed_volume(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const E
 /// Real-time: no.
 void check(const Mesh& mesh);
 
-/// Indices of the nodes inside the axis-aligned box [lower, upper] (m), borders included, ascending.
+/// An axis-aligned box, borders included (m).
+struct Box {
+  Eigen::Vector3d lower, upper;
+};
+
+/// A ball, border included (m).
+struct Sphere {
+  Eigen::Vector3d centre;
+  double radius;
+};
+
+/// A part of space that picks a part of a mesh.
+using Space = std::variant<Box, Sphere>;
+
+/// Indices of the nodes inside `space`, ascending.
 /// Real-time: no (allocates).
-std::vector<int> nodes_in_box(const Mesh& mesh, const Eigen::Vector3d& lower, const Eigen::Vector3d& upper);
+std::vector<int> nodes_in(const Mesh& mesh, const Space& space);
+
+/// Indices of the tetrahedra whose centroids are inside `space`, ascending.
+/// Real-time: no (allocates).
+std::vector<int> tets_in(const Mesh& mesh, const Space& space);
 
 }  // namespace tendril::fem

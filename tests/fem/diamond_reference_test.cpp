@@ -53,7 +53,7 @@ TEST_CASE("The paper's robot under given cable lengths rests where the reference
   const Mesh mesh = diamond();
   REQUIRE(mesh.node_count() == 1628);
   REQUIRE(mesh.tet_count() == 4147);
-  const auto fixed = nodes_in_box(mesh, {-0.015, -0.015, -0.040}, {0.015, 0.015, 0.010});
+  const auto fixed = nodes_in(mesh, Box{{-0.015, -0.015, -0.040}, {0.015, 0.015, 0.010}});
   REQUIRE(fixed.size() == 58);
   const Model model(mesh, {180e3, 0.45}, Mass{0.5, true}, fixed, {0, 0, -9.81});
   REQUIRE(model.unknowns() == 4710);

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 
 #include "fem/mesh_reader.h"
 #include "tests/fem/bodies.h"
@@ -143,8 +144,23 @@ TEST_CASE("A mesh that no model can stand on is refused with the culprits' numbe
 
 TEST_CASE("A box picks the nodes inside it, borders included", "[unit]") {
   const Mesh mesh = testing::beam(3, 1, 1, 0.01);
-  CHECK(nodes_in_box(mesh, {0, 0, 0}, {0, 0.01, 0.01}) == mesh.regions.at("base"));
-  CHECK(nodes_in_box(mesh, {0.005, 0, 0}, {0.006, 1, 1}).empty());
+  CHECK(nodes_in(mesh, Box{{0, 0, 0}, {0, 0.01, 0.01}}) == mesh.regions.at("base"));
+  CHECK(nodes_in(mesh, Box{{0.005, 0, 0}, {0.006, 1, 1}}).empty());
+}
+
+TEST_CASE("A sphere picks the nodes inside it, border included", "[unit]") {
+  const Mesh mesh = testing::beam(3, 1, 1, 0.5);
+  CHECK(nodes_in(mesh, Sphere{{0, 0, 0}, 0.5}) == std::vector<int>{0, 1, 2, 4});
+  CHECK(nodes_in(mesh, Sphere{{0.75, 0.25, 0.25}, 0.4}).empty());
+}
+
+TEST_CASE("A space picks the tetrahedra whose centroids are inside it", "[unit]") {
+  const Mesh mesh = testing::beam(3, 1, 1, 0.01);  // six tetrahedra a cube, one cube after the other
+  std::vector<int> second_cube(6);
+  std::iota(second_cube.begin(), second_cube.end(), 6);
+  CHECK(tets_in(mesh, Box{{0.01, 0, 0}, {0.02, 0.01, 0.01}}) == second_cube);
+  CHECK(tets_in(mesh, Sphere{{0.015, 0.005, 0.005}, 0.005}) == second_cube);
+  CHECK(tets_in(mesh, Box{{0, 0, 0}, {0, 1, 1}}).empty());  // corners alone do not count
 }
 
 }  // namespace
