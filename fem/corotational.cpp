@@ -9,31 +9,7 @@ constexpr int kPolarIterations = 20;
 // The iteration converges quadratically: a step below 1e-8 leaves an error of about 1e-16.
 constexpr double kPolarStep2 = 1e-16;
 
-Eigen::Matrix3d cofactors(const Eigen::Matrix3d& A) {
-  Eigen::Matrix3d C;
-  C.col(0) = A.col(1).cross(A.col(2));
-  C.col(1) = A.col(2).cross(A.col(0));
-  C.col(2) = A.col(0).cross(A.col(1));
-  return C;
-}
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d M;
-  M << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return M;
-}
-
 }  // namespace
-
-RestTetrahedron rest_tetrahedron(const Eigen::Matrix<double, 3, 4>& corners) {
-  const Eigen::Matrix3d D = corners.rightCols<3>().colwise() - corners.col(0);
-  const double det = D.determinant();
-  RestTetrahedron rest;
-  rest.volume = det / 6;
-  rest.g.rightCols<3>() = cofactors(D) / det;  // D⁻ᵀ
-  rest.g.col(0) = -rest.g.rightCols<3>().rowwise().sum();
-  return rest;
-}
 
 Eigen::Matrix3d polar_rotation(const Eigen::Matrix3d& F) {
   if (!F.allFinite()) return F;
@@ -51,9 +27,9 @@ Eigen::Matrix3d polar_rotation(const Eigen::Matrix3d& F) {
   return svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
 }
 
-CorotationalElement::CorotationalElement(const RestTetrahedron& rest, const Material& material,
-                                         const Eigen::Matrix<double, 3, 4>& corners)
-    : rest_(rest), mu_(material.lame_mu()), lambda_(material.lame_lambda()) {
+CorotationalElement::CorotationalElement(const RestTetrahedron& rest, const Moduli& moduli,
+                                         const Corners& corners)
+    : rest_(rest), moduli_(moduli) {
   const Eigen::Matrix3d F = corners * rest.g.transpose();
   det_F_ = F.determinant();
   R_ = polar_rotation(F);
@@ -61,35 +37,40 @@ CorotationalElement::CorotationalElement(const RestTetrahedron& rest, const Mate
 }
 
 double CorotationalElement::energy() const {
-  const double trace = S_.trace() - 3;
-  return rest_.volume *
-         (mu_ * (S_ - Eigen::Matrix3d::Identity()).squaredNorm() + 0.5 * lambda_ * trace * trace);
+  const double theta = dilatation();
+  return rest_.volume * (moduli_.mu * (S_ - Eigen::Matrix3d::Identity()).squaredNorm() +
+                         0.5 * moduli_.lambda * theta * theta);
 }
 
-Eigen::Matrix<double, 3, 4> CorotationalElement::forces() const {
-  Eigen::Matrix3d stress = 2 * mu_ * S_;
-  stress.diagonal().array() += lambda_ * (S_.trace() - 3) - 2 * mu_;
+double CorotationalElement::dilatation() const { return S_.trace() - 3; }
+
+Corners CorotationalElement::dilatation_gradient() const { return R_ * rest_.g; }
+
+Corners CorotationalElement::forces(double patch_pressure) const {
+  Eigen::Matrix3d stress = 2 * moduli_.mu * S_;
+  stress.diagonal().array() += moduli_.lambda * dilatation() + patch_pressure - 2 * moduli_.mu;
   return (-rest_.volume * (R_ * stress)) * rest_.g;
 }
 
-std::array<Eigen::Matrix3d, 10> CorotationalElement::stiffness(Tangent tangent) const {
+Blocks CorotationalElement::stiffness(Tangent tangent, double patch_pressure) const {
   const double V = rest_.volume;
-  const Eigen::Matrix<double, 3, 4> h = R_ * rest_.g;
+  const auto [mu, lambda] = moduli_;
+  const Corners h = R_ * rest_.g;
   const Eigen::Matrix4d gg = rest_.g.transpose() * rest_.g;
-  std::array<Eigen::Matrix3d, 10> K;
+  Blocks K;
   int k = 0;
 
-  if (tangent == Tangent::kFrozenRotation) {
+  if (tangent == Tangent::kSemidefinite) {
     for (int a = 0; a < 4; ++a)
       for (int b = 0; b <= a; ++b, ++k) {
-        K[k].noalias() = (V * mu_) * (h.col(b) * h.col(a).transpose());
-        K[k].noalias() += (V * lambda_) * (h.col(a) * h.col(b).transpose());
-        K[k].diagonal().array() += V * mu_ * gg(a, b);
+        K[k].noalias() = (V * mu) * (h.col(b) * h.col(a).transpose());
+        K[k].noalias() += (V * lambda) * (h.col(a) * h.col(b).transpose());
+        K[k].diagonal().array() += V * mu * gg(a, b);
       }
     return K;
   }
 
-  const double c = lambda_ * (S_.trace() - 3) - 2 * mu_;
+  const double c = lambda * dilatation() + patch_pressure - 2 * mu;
   Eigen::Matrix3d turning = -S_;
   turning.diagonal().array() += S_.trace();
   const Eigen::Matrix3d B = (V * c) * (R_ * turning.inverse() * R_.transpose());
@@ -101,8 +82,8 @@ std::array<Eigen::Matrix3d, 10> CorotationalElement::stiffness(Tangent tangent) 
   for (int a = 0; a < 4; ++a)
     for (int b = 0; b <= a; ++b, ++k) {
       K[k].noalias() = cross[a].transpose() * B_cross[b];
-      K[k].noalias() += (V * lambda_) * (h.col(a) * h.col(b).transpose());
-      K[k].diagonal().array() += 2 * V * mu_ * gg(a, b);
+      K[k].noalias() += (V * lambda) * (h.col(a) * h.col(b).transpose());
+      K[k].diagonal().array() += 2 * V * mu * gg(a, b);
     }
   return K;
 }

@@ -9,7 +9,7 @@ Dynamics::Dynamics(const Model& model, const Constraints& constraints, const Dam
       constraints_(constraints),
       damping_(damping),
       A_(model.make_stiffness(constraints.cliques())),
-      scatter_(model.scatter(A_)),
+      assembler_(model, A_),
       factor_(A_) {
   reset(model.rest());
 }
@@ -24,8 +24,8 @@ double Dynamics::kinetic_energy() const { return 0.5 * v_.dot(model_.masses().cw
 
 bool Dynamics::step(const Eigen::VectorXd& delta_a, double h) {
   bool factored = false;
-  for (const Tangent tangent : {Tangent::kExact, Tangent::kFrozenRotation}) {
-    if (model_.assemble(x_, tangent, scatter_, f_, A_) > 0 || !f_.allFinite()) return false;
+  for (const Tangent tangent : {Tangent::kExact, Tangent::kSemidefinite}) {
+    if (assembler_.assemble(x_, tangent, f_, A_) > 0 || !f_.allFinite()) return false;
     constraints_.add_cable_stiffness(x_, lambda_, A_);
     A_.scale(damping_.stiffness + h);
     A_.add_diagonal((1 / h + damping_.mass) * model_.masses());

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "fem/assembler.h"
 #include "fem/compliance.h"
 #include "fem/constraints.h"
 #include "fem/factor.h"
@@ -52,7 +53,7 @@ class Dynamics {
   const Constraints& constraints_;
   Damping damping_;
   StiffnessMatrix A_;
-  Model::Scatter scatter_;
+  Assembler assembler_;
   Factor factor_;
   Eigen::VectorXd x_, v_, lambda_, f_;
   Responses responses_;

@@ -19,7 +19,7 @@ Equilibrium::Equilibrium(const Model& model, const Constraints& constraints)
     : model_(model),
       constraints_(constraints),
       K_(model.make_stiffness(constraints.cliques())),
-      scatter_(model.scatter(K_)),
+      assembler_(model, K_),
       factor_(K_),
       longest_move_(kLongestMove * body_diagonal(model.mesh())),
       x_(model.rest()),
@@ -35,8 +35,8 @@ Pose Equilibrium::linearise(const Eigen::VectorXd& lambda) {
 }
 
 Pose Equilibrium::linearise_here(const Eigen::VectorXd& lambda) {
-  for (const Tangent tangent : {Tangent::kExact, Tangent::kFrozenRotation}) {
-    const int inverted = model_.assemble(x_, tangent, scatter_, r_, K_);
+  for (const Tangent tangent : {Tangent::kExact, Tangent::kSemidefinite}) {
+    const int inverted = assembler_.assemble(x_, tangent, r_, K_);
     if (inverted > 0 || !r_.allFinite()) return Pose::kDiverged;
     r_ += model_.external_forces();
     const Eigen::VectorXd stiffening = tangent == Tangent::kExact ? lambda : lambda.cwiseMax(0.0);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "fem/assembler.h"
 #include "fem/cable_tension.h"
 #include "fem/compliance.h"
 #include "fem/constraints.h"
@@ -70,7 +71,7 @@ class Equilibrium {
   const Model& model_;
   const Constraints& constraints_;
   StiffnessMatrix K_;
-  Model::Scatter scatter_;
+  Assembler assembler_;
   Factor factor_;
   double longest_move_;                // m: Newton's steps are cut to this
   Tangent tangent_ = Tangent::kExact;  // the one that served last

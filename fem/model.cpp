@@ -13,15 +13,28 @@ namespace {
 
 constexpr int kNotANode = -1;
 
-void check(const Material& material, const Mass& mass) {
-  if (!(material.young_modulus > 0) || !std::isfinite(material.young_modulus))
+/// How messages name a material: by its number where there are several.
+std::string name(size_t material, size_t count) {
+  return count == 1 ? "" : fmt::format("material {}: ", material);
+}
+
+void check(const std::vector<Material>& materials, const std::vector<int>& material_of_tet, int tets) {
+  for (size_t m = 0; m < materials.size(); ++m) {
+    const auto& [E, nu, law, dilatation] = materials[m];
+    const std::string where = name(m, materials.size());
+    if (!(E > 0) || !std::isfinite(E))
+      throw std::invalid_argument(
+          fmt::format("{}Young's modulus is {} Pa, expected a positive number", where, E));
+    if (!(nu >= 0 && nu < 0.5))
+      throw std::invalid_argument(fmt::format("{}Poisson's ratio is {}, expected 0 <= nu < 0.5", where, nu));
+  }
+  if (std::ssize(material_of_tet) != tets)
     throw std::invalid_argument(
-        fmt::format("Young's modulus is {} Pa, expected a positive number", material.young_modulus));
-  if (!(material.poisson_ratio >= 0 && material.poisson_ratio < 0.5))
-    throw std::invalid_argument(
-        fmt::format("Poisson's ratio is {}, expected 0 <= nu < 0.5", material.poisson_ratio));
-  if (!(mass.total > 0) || !std::isfinite(mass.total))
-    throw std::invalid_argument(fmt::format("the mass is {} kg, expected a positive number", mass.total));
+        fmt::format("{} tetrahedra are given a material, the mesh has {}", material_of_tet.size(), tets));
+  for (int t = 0; t < tets; ++t)
+    if (material_of_tet[t] < 0 || material_of_tet[t] >= std::ssize(materials))
+      throw std::invalid_argument(fmt::format("tetrahedron {} is of material {}, expected 0..{}", t,
+                                              material_of_tet[t], std::ssize(materials) - 1));
 }
 
 /// New index of every node: the free ones first, each group in the mesh's order.
@@ -40,17 +53,13 @@ std::vector<int> free_nodes_first(int nodes, const std::vector<int>& fixed, int&
 }
 
 Mesh renumbered(const Mesh& mesh, const std::vector<int>& numbering) {
-  Mesh result;
-  result.nodes.resize(3, mesh.node_count());
+  Mesh result = mesh;
   for (int i = 0; i < mesh.node_count(); ++i) result.nodes.col(numbering[i]) = mesh.nodes.col(i);
-  for (auto tet : mesh.tets) {
+  for (auto& tet : result.tets)
     for (int& node : tet) node = numbering[node];
-    result.tets.push_back(tet);
-  }
-  for (auto [name, region] : mesh.regions) {
+  for (auto& [name, region] : result.regions) {
     for (int& node : region) node = numbering[node];
     std::sort(region.begin(), region.end());
-    result.regions[name] = region;
   }
   return result;
 }
@@ -103,36 +112,102 @@ void check_held(const Mesh& mesh, int free_nodes) {
   }
 }
 
+/// The part of the body that weighs together with each material: 0 for all whose mass is not given.
+/// @throws std::invalid_argument for a mass that cannot be
+std::vector<int> parts(const Mass& mass, size_t materials) {
+  if (!(mass.total > 0) || !std::isfinite(mass.total))
+    throw std::invalid_argument(fmt::format("the mass is {} kg, expected a positive number", mass.total));
+  if (!mass.of_material.empty() && mass.of_material.size() != materials)
+    throw std::invalid_argument(
+        fmt::format("masses are listed for {} materials, there are {}", mass.of_material.size(), materials));
+  std::vector<int> part(materials, 0);
+  int next = 1;
+  for (size_t m = 0; m < mass.of_material.size(); ++m) {
+    if (!mass.of_material[m]) continue;
+    const double given = *mass.of_material[m];
+    if (!(given > 0) || !std::isfinite(given))
+      throw std::invalid_argument(
+          fmt::format("{}the mass is {} kg, expected a positive number", name(m, materials), given));
+    part[m] = next++;
+  }
+  return part;
+}
+
+/// Mass of every part, kg; the first one has what the others leave.
+/// @throws std::invalid_argument if that is not what the tetrahedra of the parts can have
+std::vector<double> masses_of_parts(const Mass& mass, const std::vector<int>& part_of_tet) {
+  std::vector<double> masses{mass.total};
+  for (size_t m = 0; m < mass.of_material.size(); ++m) {
+    if (!mass.of_material[m]) continue;
+    masses.push_back(*mass.of_material[m]);
+    masses[0] -= masses.back();
+    if (std::count(part_of_tet.begin(), part_of_tet.end(), std::ssize(masses) - 1) == 0)
+      throw std::invalid_argument(
+          fmt::format("{}it has a mass but no tetrahedron", name(m, mass.of_material.size())));
+  }
+  const bool rest = std::count(part_of_tet.begin(), part_of_tet.end(), 0) > 0;
+  const double rounding = 1e-9 * mass.total;
+  if (rest ? masses[0] <= 0 : std::abs(masses[0]) > rounding)
+    throw std::invalid_argument(
+        fmt::format("the materials whose mass is given weigh {} kg together, expected {} {} kg",
+                    mass.total - masses[0], rest ? "less than" : "the body's", mass.total));
+  if (!rest) masses[0] = 0;
+  return masses;
+}
+
 }  // namespace
 
 Model::Model(const Mesh& mesh, const Material& material, const Mass& mass, const std::vector<int>& fixed,
              const Eigen::Vector3d& gravity)
-    : material_(material) {
+    : Model(mesh, {material}, std::vector<int>(mesh.tets.size(), 0), mass, fixed, gravity) {}
+
+Model::Model(const Mesh& mesh, std::vector<Material> materials, std::vector<int> material_of_tet,
+             const Mass& mass, const std::vector<int>& fixed, const Eigen::Vector3d& gravity)
+    : materials_(std::move(materials)), material_of_tet_(std::move(material_of_tet)) {
   fem::check(mesh);
-  check(material, mass);
+  check(materials_, material_of_tet_, mesh.tet_count());
   numbering_ = free_nodes_first(mesh.node_count(), fixed, free_nodes_);
   mesh_ = renumbered(mesh, numbering_);
   check_held(mesh_, free_nodes_);
   if (free_nodes_ == 0) throw MeshError("all nodes are fixed, so nothing can move");
 
   rest_ = mesh_.nodes.leftCols(free_nodes_).reshaped();
-  for (const auto& tet : mesh_.tets) elements_.push_back(rest_tetrahedron(mesh_.nodes(Eigen::all, tet)));
+  for (const auto& tet : mesh_.tets) tetrahedra_.push_back(rest_tetrahedron(mesh_.nodes(Eigen::all, tet)));
   lump_masses(mass, gravity);
+
+  std::vector<int> group(material_of_tet_);
+  for (int& m : group)
+    if (materials_[m].dilatation == Dilatation::kElement) m = kNoPatch;
+  patches_ = make_patches(mesh_, group);
+  patch_of_tet_.assign(mesh_.tets.size(), kNoPatch);
+  for (size_t p = 0; p < patches_.size(); ++p)
+    for (int tet : patches_[p].tets) patch_of_tet_[tet] = static_cast<int>(p);
 }
 
 void Model::lump_masses(const Mass& mass, const Eigen::Vector3d& gravity) {
-  Eigen::VectorXd share = Eigen::VectorXd::Constant(mesh_.node_count(), 1.0 / mesh_.node_count());
-  if (!mass.per_node) {
-    share.setZero();
+  const std::vector<int> part_of_material = parts(mass, materials_.size());
+  std::vector<int> part_of_tet;
+  for (int m : material_of_tet_) part_of_tet.push_back(part_of_material[m]);
+  const std::vector<double> part_masses = masses_of_parts(mass, part_of_tet);
+
+  Eigen::VectorXd node_masses = Eigen::VectorXd::Zero(mesh_.node_count());
+  for (size_t part = 0; part < part_masses.size(); ++part) {
+    Eigen::VectorXd share = Eigen::VectorXd::Zero(mesh_.node_count());
     for (int t = 0; t < mesh_.tet_count(); ++t)
-      for (int node : mesh_.tets[t]) share[node] += elements_[t].volume / 4;
-    share /= share.sum();
+      for (int node : mesh_.tets[t])
+        if (part_of_tet[t] == static_cast<int>(part)) {
+          if (mass.per_node)
+            share[node] = 1;
+          else
+            share[node] += tetrahedra_[t].volume;
+        }
+    if (part_masses[part] > 0) node_masses += part_masses[part] / share.sum() * share;
   }
   masses_.resize(unknowns());
   external_.resize(unknowns());
   for (int i = 0; i < free_nodes_; ++i) {
-    masses_.segment<3>(3 * i).setConstant(mass.total * share[i]);
-    external_.segment<3>(3 * i) = mass.total * share[i] * gravity;
+    masses_.segment<3>(3 * i).setConstant(node_masses[i]);
+    external_.segment<3>(3 * i) = node_masses[i] * gravity;
   }
 }
 
@@ -152,77 +227,59 @@ Eigen::Vector3d Model::position(const Eigen::VectorXd& x, const Attachment& at) 
   return p;
 }
 
-Eigen::Matrix<double, 3, 4> Model::corners(const Eigen::VectorXd& x, int tet) const {
-  Eigen::Matrix<double, 3, 4> p;
-  for (int a = 0; a < 4; ++a) p.col(a) = position(x, mesh_.tets[tet][a]);
-  return p;
+Moduli Model::moduli(int tet) const {
+  const Material& material = materials_[material_of_tet_[tet]];
+  const bool alone = material.dilatation == Dilatation::kElement;
+  return {material.lame_mu(), alone ? material.lame_lambda() : 0};
+}
+
+Element Model::element(const Eigen::VectorXd& x, int tet) const {
+  Corners corners;
+  for (int a = 0; a < 4; ++a) corners.col(a) = position(x, mesh_.tets[tet][a]);
+  if (law(tet) == Law::kCorotational) return CorotationalElement(tetrahedra_[tet], moduli(tet), corners);
+  return NeoHookeanElement(tetrahedra_[tet], moduli(tet), corners);
+}
+
+std::vector<double> Model::patch_dilatations(const Eigen::VectorXd& x) const {
+  std::vector<double> mean(patches_.size(), 0.0);
+  for (size_t p = 0; p < patches_.size(); ++p)
+    for (int t : patches_[p].tets)
+      mean[p] += tetrahedra_[t].volume / patches_[p].volume *
+                 std::visit([](const auto& e) { return e.dilatation(); }, element(x, t));
+  return mean;
 }
 
 double Model::energy(const Eigen::VectorXd& x) const {
   double sum = 0;
   for (int t = 0; t < mesh_.tet_count(); ++t)
-    sum += CorotationalElement(elements_[t], material_, corners(x, t)).energy();
+    sum += std::visit([](const auto& e) { return e.energy(); }, element(x, t));
+  const std::vector<double> theta = patch_dilatations(x);
+  for (size_t p = 0; p < patches_.size(); ++p)
+    sum += 0.5 * patch_modulus(p) * patches_[p].volume * theta[p] * theta[p];
   return sum;
+}
+
+int Model::internal_forces(const Eigen::VectorXd& x, Eigen::VectorXd& f) const {
+  f.setZero(unknowns());
+  const std::vector<double> theta = patch_dilatations(x);
+  int inverted = 0;
+  for (int t = 0; t < mesh_.tet_count(); ++t) {
+    const int p = patch_of_tet_[t];
+    const double pressure = p == kNoPatch ? 0 : patch_modulus(p) * theta[p];
+    const Element element = this->element(x, t);
+    inverted += std::visit([](const auto& e) { return e.inverted(); }, element);
+    const Corners forces = std::visit([&](const auto& e) { return e.forces(pressure); }, element);
+    for (int a = 0; a < 4; ++a)
+      if (const int node = mesh_.tets[t][a]; node < free_nodes_) f.segment<3>(3 * node) += forces.col(a);
+  }
+  return inverted;
 }
 
 StiffnessMatrix Model::make_stiffness(const std::vector<std::vector<int>>& cliques) const {
   std::vector<std::vector<int>> all(cliques);
   for (const auto& tet : mesh_.tets) all.emplace_back(tet.begin(), tet.end());
+  for (const Patch& patch : patches_) all.push_back(patch.nodes);
   return {free_nodes_, all};
-}
-
-Model::Scatter Model::scatter(const StiffnessMatrix& K) const {
-  Scatter slots(mesh_.tets.size());
-  for (size_t t = 0; t < mesh_.tets.size(); ++t) {
-    const auto& tet = mesh_.tets[t];
-    int k = 0;
-    for (int a = 0; a < 4; ++a)
-      for (int b = 0; b <= a; ++b, ++k)
-        if (tet[a] < free_nodes_ && tet[b] < free_nodes_)
-          slots[t][k] = K.slot(std::max(tet[a], tet[b]), std::min(tet[a], tet[b]));
-  }
-  return slots;
-}
-
-void Model::add_forces(const CorotationalElement& element, int tet, Eigen::VectorXd& f) const {
-  const Eigen::Matrix<double, 3, 4> forces = element.forces();
-  for (int a = 0; a < 4; ++a)
-    if (const int node = mesh_.tets[tet][a]; node < free_nodes_) f.segment<3>(3 * node) += forces.col(a);
-}
-
-int Model::assemble(const Eigen::VectorXd& x, Tangent tangent, const Scatter& scatter, Eigen::VectorXd& f,
-                    StiffnessMatrix& K) const {
-  f.setZero(unknowns());
-  K.set_zero();
-  int inverted = 0;
-  for (int t = 0; t < mesh_.tet_count(); ++t) {
-    const CorotationalElement element(elements_[t], material_, corners(x, t));
-    inverted += element.inverted();
-    add_forces(element, t, f);
-    const auto blocks = element.stiffness(tangent);
-    const auto& tet = mesh_.tets[t];
-    int k = 0;
-    for (int a = 0; a < 4; ++a)
-      for (int b = 0; b <= a; ++b, ++k) {
-        if (tet[a] >= free_nodes_ || tet[b] >= free_nodes_) continue;
-        if (tet[a] >= tet[b])
-          K.add(scatter[t][k], blocks[k]);
-        else
-          K.add(scatter[t][k], blocks[k].transpose());
-      }
-  }
-  return inverted;
-}
-
-int Model::internal_forces(const Eigen::VectorXd& x, Eigen::VectorXd& f) const {
-  f.setZero(unknowns());
-  int inverted = 0;
-  for (int t = 0; t < mesh_.tet_count(); ++t) {
-    const CorotationalElement element(elements_[t], material_, corners(x, t));
-    inverted += element.inverted();
-    add_forces(element, t, f);
-  }
-  return inverted;
 }
 
 }  // namespace tendril::fem

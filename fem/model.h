@@ -1,12 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
+#include <variant>
 #include <vector>
 
 #include "fem/attachment.h"
 #include "fem/corotational.h"
 #include "fem/material.h"
 #include "fem/mesh.h"
+#include "fem/neo_hookean.h"
+#include "fem/patches.h"
 #include "fem/stiffness_matrix.h"
 
 namespace tendril::fem {
@@ -15,7 +19,14 @@ namespace tendril::fem {
 struct Mass {
   double total;           ///< kg
   bool per_node = false;  ///< equal shares for all nodes instead of a quarter of each tetrahedron's
+
+  /// Mass of the part made of each material, kg, where it is known: one entry a material, or none at all.
+  /// The other materials share what is left of the total by volume, or node by node.
+  std::vector<std::optional<double>> of_material = {};
 };
+
+/// A tetrahedron at one deformation, of either law; both have the same functions, for std::visit.
+using Element = std::variant<CorotationalElement, NeoHookeanElement>;
 
 /// An elastic body: mesh, material, mass, fixed nodes, gravity and loads.
 ///
@@ -26,8 +37,14 @@ class Model {
  public:
   /// @param mesh   checked here, see check()
   /// @param fixed  node indices of the mesh that do not move; at least three, not all on one line
+  /// @param material_of_tet  index into `materials` of every tetrahedron
   /// @throws MeshError for a bad mesh or a body that is not held; std::invalid_argument for a bad material or
-  /// mass Real-time: no.
+  /// mass, by its number where there are several
+  /// Real-time: no.
+  Model(const Mesh& mesh, std::vector<Material> materials, std::vector<int> material_of_tet, const Mass& mass,
+        const std::vector<int>& fixed, const Eigen::Vector3d& gravity);
+
+  /// All of one material.
   Model(const Mesh& mesh, const Material& material, const Mass& mass, const std::vector<int>& fixed,
         const Eigen::Vector3d& gravity);
 
@@ -53,37 +70,44 @@ class Model {
   /// Position of a material point, m.
   Eigen::Vector3d position(const Eigen::VectorXd& x, const Attachment& at) const;
 
-  /// Elastic energy U(x), J.
+  /// Shapes at rest of all tetrahedra, and what each is made of.
+  const std::vector<RestTetrahedron>& tetrahedra() const { return tetrahedra_; }
+  Law law(int tet) const { return materials_[material_of_tet_[tet]].law; }
+  Moduli moduli(int tet) const;
+  Element element(const Eigen::VectorXd& x, int tet) const;
+
+  /// Patches of tetrahedra that resist the change of volume together; none unless a material asks for them.
+  const std::vector<Patch>& patches() const { return patches_; }
+  int patch_of(int tet) const { return patch_of_tet_[tet]; }  ///< or kNoPatch
+  /// λ of the patch's material, Pa.
+  double patch_modulus(size_t patch) const {
+    return materials_[material_of_tet_[patches_[patch].tets.front()]].lame_lambda();
+  }
+
+  /// Elastic energy U(x), J. Element by element, as internal_forces(): written to be read, and what the
+  /// Assembler is held against.
   double energy(const Eigen::VectorXd& x) const;
+
+  /// Internal forces f(x), 3N, N, overwritten.
+  /// @return  number of elements that are inverted; 0 for a usable pose
+  /// Real-time: no (allocates).
+  int internal_forces(const Eigen::VectorXd& x, Eigen::VectorXd& f) const;
 
   /// A zero matrix with the pattern of K, widened by the couplings of further sets of nodes (the segments of
   /// cables, see Constraints::cliques()).
   StiffnessMatrix make_stiffness(const std::vector<std::vector<int>>& cliques) const;
 
-  /// Slots of all elements' blocks in a matrix that make_stiffness() made; one list serves all such matrices
-  /// of the same cliques.
-  using Scatter = std::vector<std::array<int, 10>>;
-  Scatter scatter(const StiffnessMatrix& K) const;
-
-  /// Internal forces f(x) (3N, N) and the tangent K(x) = −∂f/∂x (N/m), both overwritten.
-  /// @return  number of elements that are inverted; 0 for a usable pose
-  /// Real-time: no (time depends on the mesh).
-  int assemble(const Eigen::VectorXd& x, Tangent tangent, const Scatter& scatter, Eigen::VectorXd& f,
-               StiffnessMatrix& K) const;
-
-  /// Internal forces alone.
-  int internal_forces(const Eigen::VectorXd& x, Eigen::VectorXd& f) const;
-
  private:
-  Eigen::Matrix<double, 3, 4> corners(const Eigen::VectorXd& x, int tet) const;
-  void add_forces(const CorotationalElement& element, int tet, Eigen::VectorXd& f) const;
+  std::vector<double> patch_dilatations(const Eigen::VectorXd& x) const;
   void lump_masses(const Mass& mass, const Eigen::Vector3d& gravity);
 
   Mesh mesh_;
-  Material material_;
+  std::vector<Material> materials_;
+  std::vector<int> material_of_tet_, patch_of_tet_;
   std::vector<int> numbering_;
   int free_nodes_ = 0;
-  std::vector<RestTetrahedron> elements_;
+  std::vector<RestTetrahedron> tetrahedra_;
+  std::vector<Patch> patches_;
   Eigen::VectorXd rest_, masses_, external_;
 };
 

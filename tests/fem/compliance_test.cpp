@@ -60,7 +60,7 @@ TEST_CASE("W_aa is symmetric and positive semidefinite", "[law]") {
   // J K⁻¹ Jᵀ with a dense inverse.
   StiffnessMatrix K = beam.model.make_stiffness(beam.constraints.cliques());
   Eigen::VectorXd f;
-  beam.model.assemble(body.x(), Tangent::kExact, beam.model.scatter(K), f, K);
+  Assembler(beam.model, K).assemble(body.x(), Tangent::kExact, f, K);
   beam.constraints.add_cable_stiffness(body.x(), lambda, K);
   Eigen::MatrixXd J_aT(beam.model.unknowns(), 2);
   beam.constraints.actuator_directions(body.x(), J_aT);

@@ -79,7 +79,7 @@ TEST_CASE("One step from rest obeys backward Euler with Rayleigh damping", "[law
 
   StiffnessMatrix K = model.make_stiffness({});
   Eigen::VectorXd f;
-  model.assemble(model.rest(), Tangent::kExact, model.scatter(K), f, K);
+  Assembler(model, K).assemble(model.rest(), Tangent::kExact, f, K);
   const Eigen::VectorXd& next = moving.v();
   const Eigen::VectorXd inertia = model.masses().cwiseProduct(next - v) / h;
   const Eigen::VectorXd damping = alpha * model.masses().cwiseProduct(next) + beta * K.multiply(next);

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
+#include "fem/assembler.h"
 #include "fem/factor.h"
 #include "tests/fem/bodies.h"
 
@@ -37,10 +38,10 @@ TEST_CASE("The assembled exact tangent is minus the derivative of the internal f
   std::mt19937 random(seed);
   const Model model = beam_model(beam(3, 1, 1, 0.01));
   StiffnessMatrix K = model.make_stiffness({});
-  const auto scatter = model.scatter(K);
+  Assembler assembler(model, K);
   const Eigen::VectorXd x = model.rest() + random_vector(random, model.unknowns(), 1e-3);
   Eigen::VectorXd f, plus, minus;
-  REQUIRE(model.assemble(x, Tangent::kExact, scatter, f, K) == 0);
+  REQUIRE(assembler.assemble(x, Tangent::kExact, f, K) == 0);
   const Eigen::MatrixXd dense = K.dense();
   const double h = 1e-7;
   Eigen::MatrixXd numeric(model.unknowns(), model.unknowns());
@@ -96,10 +97,10 @@ TEST_CASE("Patch test: with a uniform gradient on the surface, the inside of an 
 
   // Newton's method on the inner nodes alone.
   StiffnessMatrix K = model.make_stiffness({});
-  const auto scatter = model.scatter(K);
+  Assembler assembler(model, K);
   Eigen::VectorXd f;
   for (int k = 0; k < 10; ++k) {
-    REQUIRE(model.assemble(x, Tangent::kExact, scatter, f, K) == 0);
+    REQUIRE(assembler.assemble(x, Tangent::kExact, f, K) == 0);
     const Eigen::MatrixXd inner = K.dense()(unknown, unknown);
     const Eigen::VectorXd dx = inner.ldlt().solve(f(unknown));
     for (size_t j = 0; j < unknown.size(); ++j) x[unknown[j]] += dx[static_cast<Eigen::Index>(j)];
@@ -144,9 +145,9 @@ TEST_CASE("The sparse factor solves as a dense one and reports an indefinite mat
   std::mt19937 random(41);
   const Model model = beam_model(beam(3, 2, 2, 0.01));
   StiffnessMatrix K = model.make_stiffness({});
-  const auto scatter = model.scatter(K);
+  Assembler assembler(model, K);
   Eigen::VectorXd f;
-  model.assemble(model.rest(), Tangent::kExact, scatter, f, K);
+  assembler.assemble(model.rest(), Tangent::kExact, f, K);
   Factor factor(K);
   REQUIRE(factor.factorize(K));
   const Eigen::MatrixXd B = random_vector(random, 2 * model.unknowns(), 1).reshaped(model.unknowns(), 2);
