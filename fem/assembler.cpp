@@ -1,47 +1,205 @@
 #include "fem/assembler.h"
 
-namespace tendril::fem {
+#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <numeric>
+#include <tuple>
 
-Assembler::Assembler(const Model& model, const StiffnessMatrix&) : model_(model) {}
+namespace tendril::fem {
+namespace {
+
+/// Corners in ascending order, so that every block of the lower triangle is one of the element's as it
+/// stands.
+std::array<int, 4> ascending(std::array<int, 4> tet) {
+  std::sort(tet.begin(), tet.end());
+  return tet;
+}
+
+/// Slot of a block, or where fixed nodes' shares go.
+int slot(const StiffnessMatrix& pattern, int row, int column) {
+  return row < pattern.nodes() ? pattern.slot(row, column) : pattern.discard_slot();
+}
+
+}  // namespace
+
+Assembler::Assembler(const Model& model, const StiffnessMatrix& pattern, const ElementKernels& kernels)
+    : model_(model),
+      kernels_(kernels),
+      place_of_tet_(model.tetrahedra().size()),
+      positions_(Eigen::Matrix4Xd::Zero(4, model.mesh().node_count())),
+      forces_(positions_) {
+  positions_.topRows<3>() = model.mesh().nodes;
+
+  // Tetrahedra that share blocks stand together, so that those are near when they are needed again.
+  std::vector<int> order(model.tetrahedra().size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto kind = [&](int t) { return std::pair(model.patch_of(t) == kNoPatch, model.law(t)); };
+  const auto key = [&](int t) {
+    return std::tuple(kind(t), model.patch_of(t), ascending(model.mesh().tets[t]));
+  };
+  std::sort(order.begin(), order.end(), [&](int s, int t) { return key(s) < key(t); });
+  for (size_t k = 0; k < order.size();) {
+    std::vector<int> tets;
+    while (k < order.size() && tets.size() < kLanes &&
+           kind(order[k]) == kind(order[tets.empty() ? k : k - 1]))
+      tets.push_back(order[k++]);
+    add_batch(tets, pattern);
+  }
+  growth_.resize(static_cast<size_t>(
+      std::count_if(batches_.begin(), batches_.end(), [](const Batch& b) { return b.patched; })));
+  add_patches(pattern);
+}
+
+void Assembler::add_batch(const std::vector<int>& tets, const StiffnessMatrix& pattern) {
+  const int count = static_cast<int>(tets.size());
+  ElementBatch batch{};
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const bool used = lane < count;
+    const int t = used ? tets[lane] : tets[0];
+    if (used) place_of_tet_[t] = {static_cast<int>(batches_.size()), lane};
+    const std::array<int, 4> tet = ascending(model_.mesh().tets[t]);
+    const RestTetrahedron rest = rest_tetrahedron(model_.mesh().nodes(Eigen::all, tet));
+    batch.volume[lane] = used ? rest.volume : 0;
+    batch.mu[lane] = model_.moduli(t).mu;
+    batch.lambda[lane] = model_.moduli(t).lambda;
+    batch.q[0][lane] = 1;
+    for (int b = 0; b < 3; ++b)
+      for (int c = 0; c < 3; ++c) batch.g[b][c][lane] = rest.g(c, b + 1);
+    for (int a = 0, k = 0; a < 4; ++a) {
+      batch.node[a][lane] = tet[a];
+      for (int b = 0; b <= a; ++b, ++k)
+        batch.slot[k][lane] = used ? slot(pattern, tet[a], tet[b]) : pattern.discard_slot();
+    }
+  }
+  elements_.push_back(batch);
+  batches_.push_back({model_.law(tets[0]), model_.patch_of(tets[0]) != kNoPatch, count});
+}
+
+void Assembler::add_patches(const StiffnessMatrix& pattern) {
+  for (size_t p = 0; p < model_.patches().size(); ++p) {
+    const Patch& patch = model_.patches()[p];
+    PatchWork work{model_.patch_modulus(p), patch.volume, {}, {}, {}};
+    for (int t : patch.tets) {
+      const auto [batch, lane] = place_of_tet_[t];
+      Member member{batch, lane, ascending(model_.mesh().tets[t])};
+      for (int& node : member.nodes)
+        node = static_cast<int>(std::lower_bound(patch.nodes.begin(), patch.nodes.end(), node) -
+                                patch.nodes.begin());
+      work.members.push_back(member);
+    }
+    for (size_t i = 0; i < patch.nodes.size(); ++i)
+      for (size_t j = 0; j <= i; ++j) work.slots.push_back(slot(pattern, patch.nodes[i], patch.nodes[j]));
+    work.growth.resize(3, std::ssize(patch.nodes));
+    patches_.push_back(work);
+  }
+}
 
 int Assembler::assemble(const Eigen::VectorXd& x, Tangent tangent, Eigen::VectorXd& f, StiffnessMatrix& K) {
-  const int inverted = model_.internal_forces(x, f);
-  const int N = model_.free_nodes();
+  positions_.topLeftCorner(3, model_.free_nodes()) = x.reshaped(3, model_.free_nodes());
+  forces_.setZero();
   K.set_zero();
-  const auto& patches = model_.patches();
-  std::vector<double> pressures(patches.size(), 0.0);
-  std::vector<Eigen::VectorXd> growth(patches.size(), Eigen::VectorXd::Zero(3 * model_.mesh().node_count()));
-  for (int t = 0; t < model_.mesh().tet_count(); ++t)
-    if (const int p = model_.patch_of(t); p != kNoPatch) {
-      const Element element = model_.element(x, t);
-      pressures[p] += model_.patch_modulus(p) * model_.tetrahedra()[t].volume / patches[p].volume *
-                      std::visit([](const auto& e) { return e.dilatation(); }, element);
-      const Corners h = std::visit([](const auto& e) { return e.dilatation_gradient(); }, element);
-      for (int a = 0; a < 4; ++a)
-        growth[p].segment<3>(3 * model_.mesh().tets[t][a]) += model_.tetrahedra()[t].volume * h.col(a);
-    }
-  for (int t = 0; t < model_.mesh().tet_count(); ++t) {
-    const int p = model_.patch_of(t);
-    const double pressure = p == kNoPatch ? 0 : pressures[p];
-    const Blocks blocks =
-        std::visit([&](const auto& e) { return e.stiffness(tangent, pressure); }, model_.element(x, t));
-    const auto& tet = model_.mesh().tets[t];
-    for (int a = 0, k = 0; a < 4; ++a)
-      for (int b = 0; b <= a; ++b, ++k) {
-        if (tet[a] >= N || tet[b] >= N) continue;
-        if (tet[a] >= tet[b])
-          K.add(K.slot(tet[a], tet[b]), blocks[k]);
-        else
-          K.add(K.slot(tet[b], tet[a]), blocks[k].transpose());
-      }
+  int inverted = 0;
+  // Patches need the dilatation of all their elements before any of them can know its stress.
+  for (size_t i = 0; i < growth_.size(); ++i) inverted += measure(i);
+  share_pressures();
+  for (size_t i = 0; i < elements_.size(); ++i) {
+    if (i >= growth_.size()) inverted += measure(i);
+    add_forces_and_stiffness(i, tangent, K);
   }
-  for (size_t p = 0; p < patches.size(); ++p)
-    for (int i : patches[p].nodes)
-      for (int j : patches[p].nodes)
-        if (j <= i && i < N)
-          K.add(K.slot(i, j), model_.patch_modulus(p) / patches[p].volume * growth[p].segment<3>(3 * i) *
-                                  growth[p].segment<3>(3 * j).transpose());
+  for (PatchWork& patch : patches_) couple(patch, K);
+  f = forces_.topLeftCorner(3, model_.free_nodes()).reshaped();
   return inverted;
+}
+
+/// @return  number of inverted elements
+int Assembler::measure(size_t i) {
+  const bool corotational = batches_[i].law == Law::kCorotational;
+  const unsigned doubtful = corotational ? kernels_.rotate(elements_[i], positions_.data())
+                                         : kernels_.dilate(elements_[i], positions_.data());
+  int inverted = 0;
+  for (int lane = 0; doubtful >> lane != 0 && lane < batches_[i].count; ++lane)
+    if (doubtful >> lane & 1) inverted += corotational ? !find_rotation(elements_[i], lane) : 1;
+  return inverted;
+}
+
+Corners Assembler::corners(const ElementBatch& batch, int lane) const {
+  Corners result;
+  for (int a = 0; a < 4; ++a) result.col(a) = positions_.col(batch.node[a][lane]).head<3>();
+  return result;
+}
+
+/// Does in full what the search from the last rotation did not achieve.
+/// @return  false if the element is inverted
+bool Assembler::find_rotation(ElementBatch& batch, int lane) const {
+  Eigen::Matrix3d F = Eigen::Matrix3d::Zero();
+  const Corners p = corners(batch, lane);
+  for (int b = 0; b < 3; ++b)
+    F += (p.col(b + 1) - p.col(0)) *
+         Eigen::RowVector3d(batch.g[b][0][lane], batch.g[b][1][lane], batch.g[b][2][lane]);
+  const Eigen::Matrix3d R = polar_rotation(F);
+  const Eigen::Quaterniond q(R);
+  batch.q[0][lane] = q.w();
+  for (int c = 0; c < 3; ++c) batch.q[c + 1][lane] = q.vec()[c];
+  batch.theta[lane] = (R.transpose() * F).trace() - 3;
+  return !(F.determinant() <= 0);
+}
+
+void Assembler::share_pressures() {
+  for (const PatchWork& patch : patches_) {
+    double growth = 0;
+    for (const Member& m : patch.members)
+      growth += elements_[m.batch].volume[m.lane] * elements_[m.batch].theta[m.lane];
+    for (const Member& m : patch.members)
+      elements_[m.batch].pressure[m.lane] = patch.modulus * growth / patch.volume;
+  }
+}
+
+void Assembler::add_forces_and_stiffness(size_t i, Tangent tangent, StiffnessMatrix& K) {
+  VolumeGrowth* growth = batches_[i].patched ? &growth_[i] : nullptr;
+  const bool exact = tangent == Tangent::kExact;
+  if (batches_[i].law == Law::kCorotational)
+    kernels_.add_corotational(elements_[i], exact, positions_.data(), forces_.data(), K.block(0), growth);
+  else if (exact)
+    kernels_.add_neo_hookean(elements_[i], positions_.data(), forces_.data(), K.block(0), growth);
+  else
+    add_projected(i, K);
+}
+
+/// The semidefinite tangent of Neo-Hookean elements, one by one: it is rarely needed, and the projection
+/// costs much more than what the lanes of a batch would save.
+void Assembler::add_projected(size_t i, StiffnessMatrix& K) {
+  const ElementBatch& batch = elements_[i];
+  for (int lane = 0; lane < batches_[i].count; ++lane) {
+    RestTetrahedron rest{batch.volume[lane], {}};
+    for (int b = 0; b < 3; ++b)
+      for (int c = 0; c < 3; ++c) rest.g(c, b + 1) = batch.g[b][c][lane];
+    rest.g.col(0) = -rest.g.rightCols<3>().rowwise().sum();
+    const NeoHookeanElement element(rest, {batch.mu[lane], batch.lambda[lane]}, corners(batch, lane));
+    const Corners f = element.forces(batch.pressure[lane]);
+    for (int a = 0; a < 4; ++a) forces_.col(batch.node[a][lane]).head<3>() += f.col(a);
+    const Blocks blocks = element.stiffness(Tangent::kSemidefinite, batch.pressure[lane]);
+    for (int k = 0; k < 10; ++k) K.add(batch.slot[k][lane], blocks[k]);
+    if (!batches_[i].patched) continue;
+    const Corners growth = rest.volume * element.dilatation_gradient();
+    for (int a = 0; a < 4; ++a)
+      for (int c = 0; c < 3; ++c) growth_[i].by_corner[a][c][lane] = growth(c, a);
+  }
+}
+
+/// Adds (λ/V) b bᵀ, b the derivative of the patch's volume by its nodes, see Patch.
+void Assembler::couple(PatchWork& patch, StiffnessMatrix& K) {
+  auto& b = patch.growth;
+  b.setZero();
+  for (const Member& m : patch.members)
+    for (int a = 0; a < 4; ++a)
+      for (int c = 0; c < 3; ++c) b(c, m.nodes[a]) += growth_[m.batch].by_corner[a][c][m.lane];
+  const double stiffness = patch.modulus / patch.volume;
+  size_t k = 0;
+  for (int i = 0; i < b.cols(); ++i) {
+    const Eigen::Vector3d b_i = stiffness * b.col(i);
+    for (int j = 0; j <= i; ++j, ++k) K.add(patch.slots[k], b_i * b.col(j).transpose());
+  }
 }
 
 }  // namespace tendril::fem
