@@ -28,7 +28,7 @@ StaticReach reach(const Robot& robot, const rt::ControllerConfig& limits, double
     const Eigen::VectorXd before = model.x();
     if (!model.refresh(feedback, 0, *snapshot)) return result;
     result.lambda = feedback.lambda;
-    result.delta_a = robot.constraints.shortening(model.x());
+    result.delta_a = robot.constraints.displacement(model.x());
     result.p_e = robot.constraints.effector_position(model.x());
     if (feedback.efforts_known && (model.x() - before).cwiseAbs().maxCoeff() < kSettled)
       result.converged = true;

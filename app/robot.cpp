@@ -70,8 +70,8 @@ fem::Attachment attach(const fem::Model& model, const Config& config, const Poin
   }
 }
 
-std::vector<fem::Cable> attach_cables(const fem::Model& model, const Config& config) {
-  std::vector<fem::Cable> result;
+std::vector<fem::Actuator> attach_cables(const fem::Model& model, const Config& config) {
+  std::vector<fem::Actuator> result;
   for (const CableConfig& cable : config.cables) {
     fem::Cable attached;
     for (const PointConfig& point : cable.points)
@@ -87,17 +87,18 @@ std::vector<fem::Cable> attach_cables(const fem::Model& model, const Config& con
 std::vector<fem::Effector> attach_effectors(const fem::Model& model, const Config& config) {
   std::vector<fem::Effector> result;
   for (const EffectorConfig& effector : config.effectors)
-    result.push_back({attach(model, config, effector.point, fmt::format("effector '{}'", effector.name)),
-                      effector.controlled});
+    result.push_back(fem::PointEffector{
+        {attach(model, config, effector.point, fmt::format("effector '{}'", effector.name))},
+        effector.controlled});
   return result;
 }
 
 std::unique_ptr<Robot> build(const Config& config, const fem::Material& material, const fem::Mass& mass) {
   fem::Model body = build_body(config, material, mass);
-  auto cables = attach_cables(body, config);
-  auto effectors = attach_effectors(body, config);
+  const auto cables = attach_cables(body, config);
+  const auto effectors = attach_effectors(body, config);
   try {
-    return std::make_unique<Robot>(std::move(body), std::move(cables), std::move(effectors));
+    return std::make_unique<Robot>(std::move(body), cables, effectors);
   } catch (const std::invalid_argument& error) {
     throw ConfigError(fmt::format("{}: {}", config.file.string(), error.what()));
   }
@@ -107,10 +108,11 @@ std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
 
 }  // namespace
 
-Robot::Robot(fem::Model body, std::vector<fem::Cable> cables, std::vector<fem::Effector> effectors)
+Robot::Robot(fem::Model body, const std::vector<fem::Actuator>& actuators,
+             const std::vector<fem::Effector>& effectors)
     : model(std::move(body)),
-      tip_attachment(effectors.at(0).at),
-      constraints(model, std::move(cables), std::move(effectors)) {}
+      tip_attachment(std::get<fem::PointEffector>(effectors.at(0)).points.at(0)),
+      constraints(model, actuators, effectors) {}
 
 std::unique_ptr<Robot> build_model(const Config& config) {
   const MaterialConfig& m = config.material;

@@ -14,7 +14,8 @@ namespace tendril::app {
 /// constraints refer to its model.
 struct Robot {
   /// @param effectors  at least one; attached, like the cables, to the body
-  Robot(fem::Model body, std::vector<fem::Cable> cables, std::vector<fem::Effector> effectors);
+  Robot(fem::Model body, const std::vector<fem::Actuator>& actuators,
+        const std::vector<fem::Effector>& effectors);
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
 

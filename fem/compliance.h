@@ -12,16 +12,17 @@ namespace tendril::fem {
 /// It is the tangent at the pose and its efforts; the free values are where that tangent puts efforts of
 /// zero. δ_e_free is p_e_free less the desired position, which may change without a new Compliance.
 struct Compliance {
-  Eigen::MatrixXd W_ea;          ///< e × m, m/N
-  Eigen::MatrixXd W_aa;          ///< m × m, m/N, symmetric positive semidefinite
-  Eigen::VectorXd delta_a_free;  ///< m, m
-  Eigen::VectorXd p_e_free;      ///< e, m
+  Eigen::MatrixXd W_ea;          ///< e × m, m/N (m³/Pa and mixtures where there are cavities)
+  Eigen::MatrixXd W_aa;          ///< m × m, in the same units, symmetric positive semidefinite
+  Eigen::VectorXd delta_a_free;  ///< m, m or m³
+  Eigen::VectorXd p_e_free;      ///< e, m or m³
 };
 
 /// Displacements that a factored K answers with, kept to move x without a further solve.
 struct Responses {
-  Eigen::MatrixXd loads;  ///< 3N × (m + 1): J_aᵀ, then r = f + f_ext
-  Eigen::MatrixXd moves;  ///< 3N × (m + 1): K⁻¹ J_aᵀ, then dx_free = K⁻¹ r
+  Eigen::MatrixXd loads;      ///< 3N × (m + 1): J_aᵀ, then r = f + f_ext
+  Eigen::MatrixXd moves;      ///< 3N × (m + 1): K⁻¹ J_aᵀ, then dx_free = K⁻¹ r
+  Eigen::MatrixXd effectors;  ///< 3N × e: J_eᵀ
 };
 
 /// Answers of K to all actuators and to the forces out of balance.

@@ -8,133 +8,154 @@
 namespace tendril::fem {
 namespace {
 
-// A segment shorter than this has no direction: its ends have met.
-constexpr double kShortest = 1e-6;  // m
+double value(const Coordinate& coordinate, const Eigen::VectorXd& x) {
+  return std::visit([&](const auto& q) { return q.value(x); }, coordinate);
+}
 
-/// A node's share in the vector from one end of a segment to the other.
-struct Share {
-  int node;
-  double weight;
+void gradients(const std::vector<Coordinate>& coordinates, const Eigen::VectorXd& x,
+               Eigen::Ref<Eigen::MatrixXd> J_T) {
+  J_T.setZero();
+  for (size_t k = 0; k < coordinates.size(); ++k)
+    std::visit([&](const auto& q) { q.add_gradient(x, J_T.col(static_cast<int>(k))); }, coordinates[k]);
+}
+
+/// What an actuator's or effector's coordinate is, refused where its geometry is bad.
+class Builder {
+ public:
+  explicit Builder(const Model& model) : model_(model) {}
+
+  Coordinate operator()(const Cable& cable) const {
+    if (cable.points.size() < 2)
+      throw std::invalid_argument(fmt::format("a cable has {} points, expected two", cable.points.size()));
+    return line(cable.points, -1);
+  }
+  Coordinate operator()(const Rod& rod) const { return line({rod.from, rod.to}, +1); }
+  Coordinate operator()(const Force& force) const {
+    const double length = force.direction.norm();
+    if (!(length > 0) || !std::isfinite(length))
+      throw std::invalid_argument("the direction of a force has no length");
+    return mean({force.at}, force.direction / length);
+  }
+  Coordinate operator()(const Pressure& pressure) const { return cavity(pressure.surface); }
+
+  std::vector<Coordinate> operator()(const PointEffector& effector) const {
+    if (effector.points.empty()) throw std::invalid_argument("it has no point");
+    std::vector<Coordinate> result;
+    for (int axis = 0; axis < 3; ++axis)
+      if (effector.controlled[axis]) result.push_back(mean(effector.points, Eigen::Vector3d::Unit(axis)));
+    return result;
+  }
+  std::vector<Coordinate> operator()(const VolumeEffector& effector) const {
+    return {cavity(effector.surface)};
+  }
+
+ private:
+  Coordinate line(const std::vector<CablePoint>& points, double sign) const {
+    Length length(model_, points, sign);
+    if (const int k = length.collapsed(model_.rest()); k >= 0)
+      throw std::invalid_argument(fmt::format("its points {} and {} coincide", k, k + 1));
+    return length;
+  }
+  Coordinate mean(const std::vector<Attachment>& points, const Eigen::Vector3d& direction) const {
+    LinearVector mean;
+    for (const Attachment& point : points) mean.add(model_, point, 1.0 / static_cast<double>(points.size()));
+    return Projection(mean, direction);
+  }
+  Coordinate cavity(const std::vector<Face>& surface) const {
+    try {
+      check_closed(model_.mesh(), surface);
+    } catch (const MeshError& error) {
+      throw std::invalid_argument(error.what());
+    }
+    return Volume(model_, surface);
+  }
+
+  const Model& model_;
 };
 
-std::vector<Share> shares(const CablePoint& from, const CablePoint& to, int free_nodes) {
-  std::vector<Share> result;
-  const auto add = [&](const CablePoint& point, double sign) {
-    const auto* body = std::get_if<Attachment>(&point);
-    for (int k = 0; body && k < 4; ++k)
-      if (body->nodes[k] < free_nodes && body->weights[k] != 0)
-        result.push_back({body->nodes[k], sign * body->weights[k]});
-  };
-  add(from, -1);
-  add(to, +1);
-  return result;
+/// @param what  and its number, for messages
+template <typename Result, typename Kind>
+Result build(const Model& model, const Kind& kind, const std::string& what) {
+  try {
+    return std::visit(Builder(model), kind);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(fmt::format("{}: {}", what, error.what()));
+  }
+}
+
+void refuse_if_held(const Coordinate& coordinate, const std::string& what) {
+  if (!std::visit([](const auto& q) { return q.moves(); }, coordinate))
+    throw std::invalid_argument(fmt::format("{} is attached to fixed nodes only", what));
 }
 
 }  // namespace
 
-Constraints::Constraints(const Model& model, std::vector<Cable> cables, std::vector<Effector> effectors)
-    : model_(model), cables_(std::move(cables)), effectors_(std::move(effectors)) {
-  rest_lengths_.resize(actuators());
-  for (int a = 0; a < actuators(); ++a) {
-    const auto& points = cables_[a].points;
-    if (points.size() < 2)
-      throw std::invalid_argument(fmt::format("cable {} has {} points, expected two", a, points.size()));
-    for (size_t k = 1; k < points.size(); ++k)
-      if ((place(model.rest(), points[k]) - place(model.rest(), points[k - 1])).norm() < kShortest)
-        throw std::invalid_argument(fmt::format("points {} and {} of cable {} coincide", k - 1, k, a));
-    bool moves = false;
-    for (size_t k = 1; k < points.size(); ++k)
-      moves = moves || !shares(points[k - 1], points[k], model.free_nodes()).empty();
-    if (!moves) throw std::invalid_argument(fmt::format("cable {} is attached to fixed nodes only", a));
-    rest_lengths_[a] = length(model.rest(), cables_[a]);
+Constraints::Constraints(const Model& model, const std::vector<Actuator>& actuators,
+                         const std::vector<Effector>& effectors)
+    : pull_only_(actuators.size()), rest_(actuators.size()) {
+  for (int a = 0; a < static_cast<int>(actuators.size()); ++a) {
+    const std::string what = fmt::format("actuator {}", a);
+    actuators_.push_back(build<Coordinate>(model, actuators[a], what));
+    refuse_if_held(actuators_.back(), what);
+    pull_only_[a] = std::holds_alternative<Cable>(actuators[a]);
+    rest_[a] = value(actuators_.back(), model.rest());
   }
-  for (size_t effector = 0; effector < effectors_.size(); ++effector) {
-    const CablePoint point = effectors_[effector].at;
-    if (shares(point, Eigen::Vector3d(Eigen::Vector3d::Zero()), model.free_nodes()).empty())
-      throw std::invalid_argument(fmt::format("effector {} is attached to fixed nodes only", effector));
-    for (int axis = 0; axis < 3; ++axis)
-      if (effectors_[effector].controlled[axis]) rows_.push_back({static_cast<int>(effector), axis});
+  for (size_t e = 0; e < effectors.size(); ++e) {
+    const std::string what = fmt::format("effector {}", e);
+    for (auto& coordinate : build<std::vector<Coordinate>>(model, effectors[e], what)) {
+      refuse_if_held(coordinate, what);
+      effectors_.push_back(std::move(coordinate));
+    }
   }
+  const StiffnessMatrix K = model.make_stiffness(cliques());
+  blocks_ = K.rows().size();
+  for (auto& actuator : actuators_) std::visit([&](auto& q) { q.bind(K); }, actuator);
 }
 
 std::vector<std::vector<int>> Constraints::cliques() const {
   std::vector<std::vector<int>> result;
-  for (const auto& cable : cables_)
-    for (size_t k = 1; k < cable.points.size(); ++k) {
-      std::vector<int> nodes;
-      for (const auto& share : shares(cable.points[k - 1], cable.points[k], model_.free_nodes()))
-        nodes.push_back(share.node);
-      result.push_back(nodes);
-    }
+  for (const auto& actuator : actuators_)
+    for (auto& clique : std::visit([](const auto& q) { return q.cliques(); }, actuator))
+      result.push_back(std::move(clique));
   return result;
 }
 
-Eigen::Vector3d Constraints::place(const Eigen::VectorXd& x, const CablePoint& point) const {
-  if (const auto* body = std::get_if<Attachment>(&point)) return model_.position(x, *body);
-  return std::get<Eigen::Vector3d>(point);
+void Constraints::displacement(const Eigen::VectorXd& x, Eigen::VectorXd& delta_a) const {
+  delta_a.resize(actuators());
+  for (int a = 0; a < actuators(); ++a) delta_a[a] = value(actuators_[a], x) - rest_[a];
 }
 
-double Constraints::length(const Eigen::VectorXd& x, const Cable& cable) const {
-  double sum = 0;
-  for (size_t k = 1; k < cable.points.size(); ++k)
-    sum += (place(x, cable.points[k]) - place(x, cable.points[k - 1])).norm();
-  return sum;
-}
-
-Eigen::VectorXd Constraints::shortening(const Eigen::VectorXd& x) const {
-  Eigen::VectorXd delta_a = rest_lengths_;
-  for (int a = 0; a < actuators(); ++a) delta_a[a] -= length(x, cables_[a]);
+Eigen::VectorXd Constraints::displacement(const Eigen::VectorXd& x) const {
+  Eigen::VectorXd delta_a;
+  displacement(x, delta_a);
   return delta_a;
 }
 
 void Constraints::actuator_directions(const Eigen::VectorXd& x, Eigen::Ref<Eigen::MatrixXd> J_aT) const {
-  J_aT.setZero();
-  for (int a = 0; a < actuators(); ++a)
-    for (size_t k = 1; k < cables_[a].points.size(); ++k) {
-      const auto& from = cables_[a].points[k - 1];
-      const auto& to = cables_[a].points[k];
-      const Eigen::Vector3d segment = place(x, to) - place(x, from);
-      if (segment.norm() < kShortest) continue;
-      const Eigen::Vector3d u = segment.normalized();
-      for (const auto& share : shares(from, to, model_.free_nodes()))
-        J_aT.col(a).segment<3>(3 * share.node) -= share.weight * u;
-    }
+  gradients(actuators_, x, J_aT);
+}
+
+void Constraints::effector_position(const Eigen::VectorXd& x, Eigen::VectorXd& p_e) const {
+  p_e.resize(effector_coordinates());
+  for (int r = 0; r < effector_coordinates(); ++r) p_e[r] = value(effectors_[r], x);
 }
 
 Eigen::VectorXd Constraints::effector_position(const Eigen::VectorXd& x) const {
-  Eigen::VectorXd p(effector_coordinates());
-  for (int r = 0; r < effector_coordinates(); ++r)
-    p[r] = model_.position(x, effectors_[rows_[r].effector].at)[rows_[r].axis];
-  return p;
+  Eigen::VectorXd p_e;
+  effector_position(x, p_e);
+  return p_e;
 }
 
-Eigen::MatrixXd Constraints::effector_displacement(const Eigen::MatrixXd& Y) const {
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(effector_coordinates(), Y.cols());
-  for (int r = 0; r < effector_coordinates(); ++r) {
-    const Attachment& at = effectors_[rows_[r].effector].at;
-    for (int k = 0; k < 4; ++k)
-      if (at.nodes[k] < model_.free_nodes())
-        result.row(r) += at.weights[k] * Y.row(3 * at.nodes[k] + rows_[r].axis);
-  }
-  return result;
+void Constraints::effector_directions(const Eigen::VectorXd& x, Eigen::Ref<Eigen::MatrixXd> J_eT) const {
+  gradients(effectors_, x, J_eT);
 }
 
-void Constraints::add_cable_stiffness(const Eigen::VectorXd& x, const Eigen::VectorXd& lambda,
-                                      StiffnessMatrix& K) const {
+void Constraints::add_stiffness(const Eigen::VectorXd& x, const Eigen::VectorXd& lambda, Tangent tangent,
+                                StiffnessMatrix& K) const {
+  if (K.rows().size() != blocks_)
+    throw std::invalid_argument("the stiffness matrix was not made with the cliques of these constraints");
   for (int a = 0; a < actuators(); ++a)
-    for (size_t k = 1; k < cables_[a].points.size(); ++k) {
-      const auto& from = cables_[a].points[k - 1];
-      const auto& to = cables_[a].points[k];
-      const Eigen::Vector3d segment = place(x, to) - place(x, from);
-      const double L = segment.norm();
-      if (L < kShortest) continue;
-      const Eigen::Vector3d u = segment / L;
-      const Eigen::Matrix3d across = (lambda[a] / L) * (Eigen::Matrix3d::Identity() - u * u.transpose());
-      const auto nodes = shares(from, to, model_.free_nodes());
-      for (const auto& i : nodes)
-        for (const auto& j : nodes)
-          if (i.node >= j.node) K.add(K.slot(i.node, j.node), (i.weight * j.weight) * across);
-    }
+    std::visit([&](const auto& q) { q.add_curvature(x, -lambda[a], tangent, K); }, actuators_[a]);
 }
 
 }  // namespace tendril::fem

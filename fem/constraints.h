@@ -5,76 +5,103 @@
 #include <variant>
 #include <vector>
 
-#include "fem/attachment.h"
-#include "fem/model.h"
-#include "fem/stiffness_matrix.h"
+#include "fem/coordinate.h"
+#include "fem/surface.h"
 
 namespace tendril::fem {
 
-/// A point that a cable passes: a material point of the body (in the model's numbering), or a guide that
-/// stands still (m).
-using CablePoint = std::variant<Attachment, Eigen::Vector3d>;
-
-/// A cable that slides without friction through its points; its first point is its attachment.
+/// A cable that slides without friction through its points; its first point is its attachment. It only pulls:
+/// its effort λ ≥ 0 is the tension, N, its displacement δ the shortening, m.
 struct Cable {
   std::vector<CablePoint> points;  ///< at least two
 };
 
-/// A material point whose coordinates are to be controlled.
-struct Effector {
-  Attachment at;                                        ///< in the model's numbering
+/// A rod between two points. λ, N, is positive where it pushes them apart; δ is the lengthening, m.
+struct Rod {
+  CablePoint from, to;
+};
+
+/// A force on a point of the body along a direction fixed in space: λ, N; δ is the point's travel, m.
+struct Force {
+  Attachment at;
+  Eigen::Vector3d direction;  ///< of any length but zero
+};
+
+/// The pressure in a cavity, which follows the cavity's wall: λ, Pa; δ is the growth of its volume, m³.
+struct Pressure {
+  std::vector<Face> surface;  ///< the body's faces around it, see closed_surface(); in the model's numbering
+};
+
+using Actuator = std::variant<Cable, Rod, Force, Pressure>;
+
+/// A material point, or the mean of several, whose coordinates are to be controlled, m.
+struct PointEffector {
+  std::vector<Attachment> points;                       ///< in the model's numbering
   std::array<bool, 3> controlled = {true, true, true};  ///< x, y, z
 };
 
+/// A cavity whose volume is to be controlled: one coordinate, m³.
+struct VolumeEffector {
+  std::vector<Face> surface;  ///< as of Pressure
+};
+
+using Effector = std::variant<PointEffector, VolumeEffector>;
+
 /// The m actuators and e effector coordinates of a robot and their directions J in the space of the unknowns.
 ///
-/// A cable's displacement δ_a is its shortening from the rest length, δ_a = ℓ(x_rest) − ℓ(x), so that its row
-/// of J_a is −∂ℓ/∂x and its conjugate effort λ ≥ 0 is the tension (N).
+/// Every actuator drives a scalar q_a(x) of the pose. Its displacement is δ_a = q_a(x) − q_a(x_rest), its row
+/// of J_a is ∂q_a/∂x, and its effort λ_a is conjugate to it: λᵀδ is work, J, of every kind.
 class Constraints {
  public:
-  /// @throws std::invalid_argument if two neighbouring points of a cable coincide at rest, a cable has one
-  /// point only,
-  ///         or a cable or an effector is attached to nothing that can move
-  Constraints(const Model& model, std::vector<Cable> cables, std::vector<Effector> effectors);
+  /// Keeps a reference to the model.
+  /// @throws std::invalid_argument with the number of the actuator or effector, from 0, if it can move
+  ///         nothing, or its geometry is bad: two neighbouring points that coincide at rest, a cable of one
+  ///         point, a direction of length zero, a mean of no points, a surface that is not closed
+  Constraints(const Model& model, const std::vector<Actuator>& actuators,
+              const std::vector<Effector>& effectors);
 
-  int actuators() const { return static_cast<int>(cables_.size()); }           ///< m
-  int effector_coordinates() const { return static_cast<int>(rows_.size()); }  ///< e
+  int actuators() const { return static_cast<int>(actuators_.size()); }             ///< m
+  int effector_coordinates() const { return static_cast<int>(effectors_.size()); }  ///< e
 
-  /// Sets of nodes that the cables couple, for Model::make_stiffness().
+  /// Whether an actuator pulls and cannot push, as a cable: λ_a ≥ 0.
+  bool pull_only(int actuator) const { return pull_only_[actuator]; }
+  /// The same of all of them, m entries.
+  const Eigen::ArrayX<bool>& pull_only() const { return pull_only_; }
+
+  /// Sets of nodes that the actuators couple, for Model::make_stiffness().
   std::vector<std::vector<int>> cliques() const;
 
-  /// δ_a(x), m entries, m.
-  Eigen::VectorXd shortening(const Eigen::VectorXd& x) const;
+  // Real-time: those below allocate nothing, but for results that have not yet the size they need, and for
+  // those that are returned.
 
-  /// Overwrites J_aT (3N × m, unitless) with J_aᵀ at x.
+  /// δ_a(x), m entries, m or m³.
+  void displacement(const Eigen::VectorXd& x, Eigen::VectorXd& delta_a) const;
+  Eigen::VectorXd displacement(const Eigen::VectorXd& x) const;
+
+  /// Overwrites J_aT (3N × m; unitless or m²) with J_aᵀ at x.
   void actuator_directions(const Eigen::VectorXd& x, Eigen::Ref<Eigen::MatrixXd> J_aT) const;
 
-  /// p_e(x): the controlled coordinates of the effectors in order, e entries, m.
+  /// p_e(x): the controlled coordinates of the effectors in order, e entries, m or m³.
+  void effector_position(const Eigen::VectorXd& x, Eigen::VectorXd& p_e) const;
   Eigen::VectorXd effector_position(const Eigen::VectorXd& x) const;
 
-  /// J_e Y for displacements Y (3N × c) of the free nodes; J_e is constant.
-  /// @return  e × c
-  Eigen::MatrixXd effector_displacement(const Eigen::MatrixXd& Y) const;
+  /// Overwrites J_eT (3N × e; unitless or m²) with J_eᵀ at x.
+  void effector_directions(const Eigen::VectorXd& x, Eigen::Ref<Eigen::MatrixXd> J_eT) const;
 
-  /// Adds −∂(J_aᵀλ)/∂x to K (N/m): the stiffness that a cable's tension lends by turning with the body. A
-  /// segment of length L and direction u adds (λ/L)(I − u uᵀ) to the relative motion of its ends. It is what
-  /// the paper neglects when it takes J_a as constant; semidefinite for λ ≥ 0.
-  /// @param lambda  m tensions, N
-  void add_cable_stiffness(const Eigen::VectorXd& x, const Eigen::VectorXd& lambda, StiffnessMatrix& K) const;
+  /// Adds −∂(J_aᵀλ)/∂x to K (N/m): the stiffness that efforts lend by turning with the body. It is what the
+  /// paper neglects when it takes J_a as constant. Unless the tangent is exact, only what is positive
+  /// semidefinite of it is added: that of taut cables and of rods that pull.
+  /// @param lambda  m efforts, N or Pa
+  /// @param K       made by Model::make_stiffness() with cliques()
+  /// @throws std::invalid_argument if K has another pattern
+  void add_stiffness(const Eigen::VectorXd& x, const Eigen::VectorXd& lambda, Tangent tangent,
+                     StiffnessMatrix& K) const;
 
  private:
-  struct Row {
-    int effector;
-    int axis;
-  };
-  Eigen::Vector3d place(const Eigen::VectorXd& x, const CablePoint& point) const;
-  double length(const Eigen::VectorXd& x, const Cable& cable) const;
-
-  const Model& model_;
-  std::vector<Cable> cables_;
-  std::vector<Effector> effectors_;
-  std::vector<Row> rows_;
-  Eigen::VectorXd rest_lengths_;
+  std::vector<Coordinate> actuators_, effectors_;
+  Eigen::ArrayX<bool> pull_only_;
+  Eigen::VectorXd rest_;  // of the actuators' coordinates
+  size_t blocks_;         // of matrices that the coordinates are bound to
 };
 
 }  // namespace tendril::fem

@@ -1,6 +1,6 @@
 #include "fem/dynamics.h"
 
-#include "fem/cable_tension.h"
+#include "fem/imposed_displacement.h"
 
 namespace tendril::fem {
 
@@ -26,7 +26,7 @@ bool Dynamics::step(const Eigen::VectorXd& delta_a, double h) {
   bool factored = false;
   for (const Tangent tangent : {Tangent::kExact, Tangent::kSemidefinite}) {
     if (assembler_.assemble(x_, tangent, f_, A_) > 0 || !f_.allFinite()) return false;
-    constraints_.add_cable_stiffness(x_, lambda_, A_);
+    constraints_.add_stiffness(x_, lambda_, tangent, A_);
     A_.scale(damping_.stiffness + h);
     A_.add_diagonal((1 / h + damping_.mass) * model_.masses());
     factored = factor_.factorize(A_);
@@ -39,9 +39,9 @@ bool Dynamics::step(const Eigen::VectorXd& delta_a, double h) {
   solve_responses(constraints_, x_, factor_, f_, responses_);
   const auto m = constraints_.actuators();
   const Eigen::MatrixXd W = h * responses_.loads.leftCols(m).transpose() * responses_.moves;
-  const Eigen::VectorXd free = constraints_.shortening(x_) + W.col(m);
+  const Eigen::VectorXd free = constraints_.displacement(x_) + W.col(m);
   Eigen::VectorXd lambda = lambda_;
-  if (!solve_tensions(W.leftCols(m), free, delta_a, Sign::kPullOnly, lambda)) return false;
+  if (!solve_efforts(W.leftCols(m), free, delta_a, constraints_.pull_only(), lambda)) return false;
 
   v_ = responses_.moves.leftCols(m) * lambda + responses_.moves.col(m);
   x_ += h * v_;

@@ -39,8 +39,7 @@ Pose Equilibrium::linearise_here(const Eigen::VectorXd& lambda) {
     const int inverted = assembler_.assemble(x_, tangent, r_, K_);
     if (inverted > 0 || !r_.allFinite()) return Pose::kDiverged;
     r_ += model_.external_forces();
-    const Eigen::VectorXd stiffening = tangent == Tangent::kExact ? lambda : lambda.cwiseMax(0.0);
-    constraints_.add_cable_stiffness(x_, stiffening, K_);
+    constraints_.add_stiffness(x_, lambda, tangent, K_);
     if (!factor_.factorize(K_)) continue;
     tangent_ = tangent;
     solve_responses(constraints_, x_, factor_, r_, responses_);
@@ -74,10 +73,12 @@ Settled Equilibrium::settle_under_efforts(const Eigen::VectorXd& lambda, double 
 Settled Equilibrium::settle_at_lengths(const Eigen::VectorXd& delta_a, Sign sign, double tolerance,
                                        int iterations) {
   const Eigen::VectorXd start = x_;
+  Eigen::ArrayX<bool> pull_only = constraints_.pull_only();
+  if (sign == Sign::kBilateral) pull_only.setConstant(false);
   Settled result{false, 0, 0, Eigen::VectorXd::Zero(constraints_.actuators())};
   while (!result.converged && result.iterations++ < iterations) {
     if (linearise(result.lambda) != Pose::kUsable) break;
-    if (!solve_tensions(compliance_.W_aa, compliance_.delta_a_free, delta_a, sign, result.lambda)) break;
+    if (!solve_efforts(compliance_.W_aa, compliance_.delta_a_free, delta_a, pull_only, result.lambda)) break;
     result.last_move = advance(result.lambda);
     result.converged = result.last_move <= tolerance && stable();
   }

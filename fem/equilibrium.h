@@ -3,10 +3,10 @@
 #include <Eigen/Core>
 
 #include "fem/assembler.h"
-#include "fem/cable_tension.h"
 #include "fem/compliance.h"
 #include "fem/constraints.h"
 #include "fem/factor.h"
+#include "fem/imposed_displacement.h"
 #include "fem/model.h"
 
 namespace tendril::fem {
@@ -23,7 +23,7 @@ struct Settled {
   bool converged;  ///< at rest, and stable: the exact tangent is positive definite there
   int iterations;
   double last_move;        ///< largest displacement of a node in the last iteration, m
-  Eigen::VectorXd lambda;  ///< efforts at the end, N
+  Eigen::VectorXd lambda;  ///< efforts at the end, N or Pa
 };
 
 /// The quasi-static body: a pose x that follows the efforts by Newton's method, one factorisation serving
@@ -39,11 +39,11 @@ class Equilibrium {
   const Eigen::VectorXd& x() const { return x_; }  ///< 3N, m
   void set_x(const Eigen::VectorXd& x) { x_ = before_ = x; }
 
-  /// Assembles and factors K at x under the efforts λ (cables' own stiffness included) and computes the
-  /// compliance.  /// Uses the exact tangent; where that is not positive definite, as it may be away from
-  /// equilibrium, the one with frozen rotations and without the stiffness of cables that push. Where the last
+  /// Assembles and factors K at x under the efforts λ (their own stiffness included) and computes the
+  /// compliance. Uses the exact tangent; where that is not positive definite, as it may be away from
+  /// equilibrium, the semidefinite part of it. Where the last
   /// step went too far, into a pose that is inside out, it is halved until it did not.
-  /// @param lambda  m, N
+  /// @param lambda  m, N or Pa
   /// Real-time: no (time depends on the mesh).
   Pose linearise(const Eigen::VectorXd& lambda);
 
@@ -59,8 +59,8 @@ class Equilibrium {
   /// @param tolerance  largest displacement of a node at which the iteration ends, m
   Settled settle_under_efforts(const Eigen::VectorXd& lambda, double tolerance, int iterations = 100);
 
-  /// Equilibrium with cables of given shortenings δ_a (m entries, m). Where it does not converge, x is what
-  /// it was before.
+  /// Equilibrium with actuators at given displacements δ_a (m entries, m or m³). Where it does not converge,
+  /// x is what it was before.
   Settled settle_at_lengths(const Eigen::VectorXd& delta_a, Sign sign, double tolerance,
                             int iterations = 100);
 

@@ -56,7 +56,7 @@ inline Constraints beam_constraints(const Model& model, double length, double he
   const Cable upper{
       {body(length, 0.9 * height), body(0.4 * length, 0.8 * height), guide(-0.02, 0.9 * height)}};
   const Cable lower{{body(length, 0.1 * height), guide(-0.02, 0.05 * height)}};
-  const Effector tip{attach(model.mesh(), {length, height / 2, height / 2}, 0)};
+  const PointEffector tip{{attach(model.mesh(), {length, height / 2, height / 2}, 0)}};
   return {model, {upper, lower}, {tip}};
 }
 

@@ -12,43 +12,6 @@ namespace {
 
 using testing::Beam;
 
-TEST_CASE("Cable directions are the derivative of the shortening, effector rows that of the position",
-          "[law]") {
-  const Beam beam;
-  std::mt19937 random(51);
-  const Eigen::VectorXd x = beam.model.rest() + testing::random_vector(random, beam.model.unknowns(), 1e-3);
-  Eigen::MatrixXd J_aT(beam.model.unknowns(), 2);
-  beam.constraints.actuator_directions(x, J_aT);
-  for (int k = 0; k < 10; ++k) {
-    const Eigen::VectorXd d = testing::random_vector(random, beam.model.unknowns(), 1);
-    const double h = 1e-7;
-    const Eigen::VectorXd slope =
-        (beam.constraints.shortening(x + h * d) - beam.constraints.shortening(x - h * d)) / (2 * h);
-    CHECK((J_aT.transpose() * d - slope).norm() < 1e-7 * slope.norm());
-    const Eigen::VectorXd moved =
-        beam.constraints.effector_position(x + d) - beam.constraints.effector_position(x);
-    CHECK((beam.constraints.effector_displacement(d) - moved).norm() < 1e-12);
-  }
-}
-
-TEST_CASE("A cable's own stiffness is the derivative of its forces", "[law]") {
-  const Beam beam;
-  std::mt19937 random(52);
-  const Eigen::VectorXd x = beam.model.rest() + testing::random_vector(random, beam.model.unknowns(), 1e-3);
-  const Eigen::Vector2d lambda(2.0, 0.7);
-  StiffnessMatrix K = beam.model.make_stiffness(beam.constraints.cliques());
-  beam.constraints.add_cable_stiffness(x, lambda, K);
-  Eigen::MatrixXd plus(beam.model.unknowns(), 2), minus = plus;
-  for (int k = 0; k < 10; ++k) {
-    const Eigen::VectorXd d = testing::random_vector(random, beam.model.unknowns(), 1);
-    const double h = 1e-7;
-    beam.constraints.actuator_directions(x + h * d, plus);
-    beam.constraints.actuator_directions(x - h * d, minus);
-    const Eigen::VectorXd slope = -(plus - minus) * lambda / (2 * h);
-    CHECK((K.multiply(d) - slope).norm() < 1e-6 * slope.norm());
-  }
-}
-
 TEST_CASE("W_aa is symmetric and positive semidefinite", "[law]") {
   const Beam beam;
   Equilibrium body(beam.model, beam.constraints);
@@ -61,7 +24,7 @@ TEST_CASE("W_aa is symmetric and positive semidefinite", "[law]") {
   StiffnessMatrix K = beam.model.make_stiffness(beam.constraints.cliques());
   Eigen::VectorXd f;
   Assembler(beam.model, K).assemble(body.x(), Tangent::kExact, f, K);
-  beam.constraints.add_cable_stiffness(body.x(), lambda, K);
+  beam.constraints.add_stiffness(body.x(), lambda, Tangent::kExact, K);
   Eigen::MatrixXd J_aT(beam.model.unknowns(), 2);
   beam.constraints.actuator_directions(body.x(), J_aT);
   const Eigen::MatrixXd dense = J_aT.transpose() * K.dense().ldlt().solve(J_aT);
@@ -85,7 +48,7 @@ TEST_CASE("W is what equilibrium found anew under perturbed efforts shows", "[la
       REQUIRE(
           other.settle_under_efforts(lambda + (side ? h : -h) * Eigen::Vector2d::Unit(a), 1e-13).converged);
       p[side] = beam.constraints.effector_position(other.x());
-      delta[side] = beam.constraints.shortening(other.x());
+      delta[side] = beam.constraints.displacement(other.x());
     }
     const Eigen::VectorXd column_ea = (p[1] - p[0]) / (2 * h), column_aa = (delta[1] - delta[0]) / (2 * h);
     CHECK((W.W_ea.col(a) - column_ea).norm() < 1e-5 * column_ea.norm());
@@ -101,21 +64,7 @@ TEST_CASE("At equilibrium the linear law returns the present position and shorte
   REQUIRE(body.linearise(lambda) == Pose::kUsable);
   const Compliance& c = body.compliance();
   CHECK((c.W_ea * lambda + c.p_e_free - beam.constraints.effector_position(body.x())).norm() < 1e-10);
-  CHECK((c.W_aa * lambda + c.delta_a_free - beam.constraints.shortening(body.x())).norm() < 1e-10);
-}
-
-TEST_CASE("Cables and effectors that nothing can move are refused", "[unit]") {
-  const Beam beam;
-  const Attachment held = attach(beam.model.mesh(), {0, 0.004, 0.012}, 0);
-  const Attachment tip = attach(beam.model.mesh(), {Beam::kLength, 0.004, 0.012}, 0);
-  const Eigen::Vector3d guide(-0.02, 0, 0);
-  CHECK_THROWS_WITH(Constraints(beam.model, {Cable{{held, guide}}}, {}),
-                    Catch::Contains("cable 0 is attached to fixed nodes only"));
-  CHECK_THROWS_WITH(Constraints(beam.model, {}, {Effector{held}}),
-                    Catch::Contains("effector 0 is attached to fixed nodes only"));
-  CHECK_THROWS_WITH(Constraints(beam.model, {Cable{{tip}}}, {}), Catch::Contains("has 1 points"));
-  CHECK_THROWS_WITH(Constraints(beam.model, {Cable{{tip, guide, guide}}}, {}),
-                    Catch::Contains("points 1 and 2 of cable 0 coincide"));
+  CHECK((c.W_aa * lambda + c.delta_a_free - beam.constraints.displacement(body.x())).norm() < 1e-10);
 }
 
 }  // namespace

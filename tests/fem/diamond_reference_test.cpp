@@ -60,7 +60,7 @@ TEST_CASE("The paper's robot under given cable lengths rests where the reference
 
   const auto at_node = [&](int node) { return attach(model.mesh(), mesh.nodes.col(node), 1e-9); };
   const auto cable = [&](int node, const Eigen::Vector3d& guide) { return Cable{{at_node(node), guide}}; };
-  const Effector tip{at_node(198)};
+  const PointEffector tip{{at_node(198)}};
   const Constraints pulled(model,
                            {cable(483, {0, 0.010, 0.030}), cable(729, {-0.010, 0, 0.030}),
                             cable(726, {0, -0.010, 0.030}), cable(139, {0.010, 0, 0.030})},

@@ -54,7 +54,7 @@ TEST_CASE("Cables of given lengths end at these lengths with the tensions that h
   const Eigen::Vector2d delta_a(0.004, -0.001);
   const Settled settled = beam.body.settle_at_lengths(delta_a, Sign::kBilateral, 1e-11);
   REQUIRE(settled.converged);
-  CHECK((beam.constraints.shortening(beam.body.x()) - delta_a).norm() < 1e-10);
+  CHECK((beam.constraints.displacement(beam.body.x()) - delta_a).norm() < 1e-10);
   CHECK(beam.residual(settled.lambda) < 1e-9);
 }
 
@@ -65,7 +65,7 @@ TEST_CASE("A cable that would have to push goes slack instead", "[law]") {
   REQUIRE(settled.converged);
   CHECK(settled.lambda[0] > 0);
   CHECK(settled.lambda[1] == 0);
-  const Eigen::VectorXd reached = beam.constraints.shortening(beam.body.x());
+  const Eigen::VectorXd reached = beam.constraints.displacement(beam.body.x());
   CHECK(std::abs(reached[0] - delta_a[0]) < 1e-10);
   CHECK(reached[1] > delta_a[1] + 1e-5);
 }
@@ -101,7 +101,7 @@ TEST_CASE("A buckled column is not called an equilibrium", "[law]") {
   // upright.
   const Mesh mesh = testing::beam(10, 2, 2, 0.01);
   const Model model = testing::beam_model(mesh, {150e3, 0.45}, 0.5, {-testing::kGravity, 0, 0});
-  const Constraints constraints(model, {}, {Effector{attach(model.mesh(), {0.1, 0.01, 0.01}, 0)}});
+  const Constraints constraints(model, {}, {PointEffector{{attach(model.mesh(), {0.1, 0.01, 0.01}, 0)}}});
   Equilibrium body(model, constraints);
   const Settled settled = body.settle_under_efforts(Eigen::VectorXd(), 1e-9);
   if (settled.converged) {
