@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
-#include "fem/simd.h"
+#include "rt/heap_guard.h"
 #include "tests/fem/bodies.h"
 
 namespace tendril::fem {
@@ -114,6 +114,25 @@ TEST_CASE("Batches of elements give the forces and stiffness of the elements", "
       found.K = K.dense();
       check_same(found, reference(model, x, tangent));
     }
+  }
+}
+
+TEST_CASE("Assembling allocates nothing once it has begun", "[law]") {
+  if (!rt::HeapGuard::available()) {
+    WARN("skipped: heap calls are not counted in this build");
+    return;
+  }
+  std::mt19937 random(3);
+  const Model model = mixed_model(Dilatation::kPatch);
+  StiffnessMatrix K = model.make_stiffness({});
+  Assembler assembler(model, K);
+  Eigen::VectorXd f(model.unknowns());
+  for (const double amplitude : {5e-4, 8e-3}) {  // the larger one turns elements inside out
+    const Eigen::VectorXd x = model.rest() + random_vector(random, model.unknowns(), amplitude);
+    const rt::HeapGuard heap;
+    for (const Tangent tangent : {Tangent::kExact, Tangent::kSemidefinite})
+      assembler.assemble(x, tangent, f, K);
+    CHECK(heap.calls() == 0);
   }
 }
 

@@ -16,11 +16,19 @@ using testing::beam;
 using testing::beam_model;
 using testing::random_vector;
 
+std::vector<Material> every_kind_of_rubber() {
+  std::vector<Material> all;
+  for (const Law law : {Law::kCorotational, Law::kNeoHookean})
+    for (const Dilatation dilatation : {Dilatation::kElement, Dilatation::kPatch})
+      all.push_back({150e3, 0.45, law, dilatation});
+  return all;
+}
+
 TEST_CASE("Internal forces are minus the gradient of the elastic energy", "[law]") {
   const unsigned seed = GENERATE(11u, 12u);
   CAPTURE(seed);
   std::mt19937 random(seed);
-  const Model model = beam_model(beam(3, 1, 1, 0.01));
+  const Model model = beam_model(beam(3, 1, 1, 0.01), GENERATE(from_range(every_kind_of_rubber())));
   const Eigen::VectorXd x = model.rest() + random_vector(random, model.unknowns(), 1e-3);
   Eigen::VectorXd f;
   REQUIRE(model.internal_forces(x, f) == 0);
@@ -36,7 +44,7 @@ TEST_CASE("The assembled exact tangent is minus the derivative of the internal f
   const unsigned seed = GENERATE(21u, 22u);
   CAPTURE(seed);
   std::mt19937 random(seed);
-  const Model model = beam_model(beam(3, 1, 1, 0.01));
+  const Model model = beam_model(beam(3, 1, 1, 0.01), GENERATE(from_range(every_kind_of_rubber())));
   StiffnessMatrix K = model.make_stiffness({});
   Assembler assembler(model, K);
   const Eigen::VectorXd x = model.rest() + random_vector(random, model.unknowns(), 1e-3);
@@ -80,7 +88,8 @@ TEST_CASE("Patch test: with a uniform gradient on the surface, the inside of an 
     inside[i] = (p > 1e-9).all() && (p < 1 - 1e-9).all();
     if (inside[i]) mesh.nodes.col(i) += random_vector(random, 3, 1.5e-3);
   }
-  const Model model = beam_model(mesh, {150e3, 0.45}, 0.05, Eigen::Vector3d::Zero());
+  const Material rubber = GENERATE(from_range(every_kind_of_rubber()));
+  const Model model = beam_model(mesh, rubber, 0.05, Eigen::Vector3d::Zero());
 
   // The face x = 0 is fixed, so the gradient is one that leaves it alone: u = x a, stretch and shear.
   const Eigen::Vector3d a(0.10, 0.05, -0.04);
@@ -127,6 +136,55 @@ TEST_CASE("Masses add up to the body's and gravity to its weight", "[law]") {
     const Eigen::Vector3d weight = model.external_forces().reshaped(3, model.free_nodes()).rowwise().sum();
     CHECK((weight - free_mass * Eigen::Vector3d(0, 1, -9.81)).norm() < 1e-12);
   }
+}
+
+TEST_CASE("A part weighs what it is given, and the others share the rest by volume", "[law]") {
+  const Mesh mesh = beam(4, 1, 1, 0.01);
+  std::vector<int> material_of_tet(mesh.tets.size());
+  for (int t = 0; t < mesh.tet_count(); ++t)
+    material_of_tet[t] = std::min(t / 6, 2);  // cubes 0, 1 and 2 with 3
+  const bool per_node = GENERATE(false, true);
+  const Mass mass{1.0, per_node, {std::nullopt, 0.4, std::nullopt}};
+  const Model model(mesh, std::vector<Material>(3, {150e3, 0.45}), material_of_tet, mass,
+                    mesh.regions.at("base"), {0, 0, -9.81});
+
+  // Layers of four nodes at x = 0 (fixed), 1, 2, 3, 4 cm. By volume: cubes weigh 0.2, 0.4, 0.2, 0.2 kg and
+  // each gives half to either layer. Node by node: layers 0, 1, 2, 3, 4 share 0.6 kg, layers 1 and 2 the 0.4
+  // kg.
+  const std::vector<double> expected = per_node ? std::vector{0.12 + 0.2, 0.12 + 0.2, 0.12, 0.12}
+                                                : std::vector{0.1 + 0.2, 0.2 + 0.1, 0.2, 0.1};
+  for (int layer = 1; layer <= 4; ++layer) {
+    double found = 0;
+    for (int i = 0; i < model.free_nodes(); ++i)
+      if (std::lround(model.rest()[3 * i] / 0.01) == layer) found += model.masses()[3 * i];
+    CHECK(found == Approx(expected[layer - 1]));
+  }
+}
+
+TEST_CASE("A bar of two rubbers in series stretches each by its own modulus", "[law]") {
+  const Mesh mesh = beam(6, 1, 1, 0.01);
+  const double stiff = 300e3, soft = 100e3, stress = 100;  // Pa
+  std::vector<int> material_of_tet(mesh.tets.size());
+  for (int t = 0; t < mesh.tet_count(); ++t) material_of_tet[t] = t / 6 < 3 ? 0 : 1;
+  // Without Poisson's effect the bar is strained evenly, and u = x stress / E solves its equations exactly.
+  const Law law = GENERATE(Law::kCorotational, Law::kNeoHookean);
+  const Model model(mesh, {{stiff, 0, law}, {soft, 0, law}}, material_of_tet, Mass{0.1},
+                    mesh.regions.at("base"), Eigen::Vector3d::Zero());
+  StiffnessMatrix K = model.make_stiffness({});
+  Eigen::VectorXd f, u = Eigen::VectorXd::Zero(model.unknowns());
+  Assembler(model, K).assemble(model.rest(), Tangent::kExact, f, K);
+  for (int i = 0; i < model.free_nodes(); ++i) {
+    const double x = model.rest()[3 * i];
+    u[3 * i] = stress * (std::min(x, 0.03) / stiff + std::max(x - 0.03, 0.0) / soft);
+  }
+  const Eigen::VectorXd forces = K.multiply(u);
+  double pull = 0;
+  for (int i = 0; i < model.free_nodes(); ++i) {
+    const bool end = model.rest()[3 * i] > 0.0599;
+    if (end) pull += forces[3 * i];
+    if (!end) CHECK(forces.segment<3>(3 * i).norm() < 1e-12 * stress * 1e-4);
+  }
+  CHECK(pull == Approx(stress * 1e-4));
 }
 
 TEST_CASE("A load is shared by the corners around its point", "[law]") {
@@ -199,6 +257,30 @@ TEST_CASE("A body that cannot be modelled is refused", "[unit]") {
   CHECK_THROWS_WITH(build({150e3, 0.45}, 0.1, {}), Contains("0 nodes are fixed"));
   CHECK_THROWS_WITH(build({150e3, 0.45}, 0.1, {0, 4, 8}), Contains("do not lie on one line"));
   CHECK_THROWS_WITH(build({150e3, 0.45}, 0.1, {0, 1, 999}), Contains("fixed node 999"));
+}
+
+TEST_CASE("Of several materials the one that is wrong is named", "[unit]") {
+  const Mesh mesh = beam(2, 1, 1, 0.01);  // 12 tetrahedra
+  const Material good{150e3, 0.45};
+  const std::vector<int> halves{0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1};
+  const auto build = [&](std::vector<Material> materials, std::vector<int> of_tet, Mass mass) {
+    const Model model(mesh, materials, of_tet, mass, mesh.regions.at("base"), {0, 0, -9.81});
+  };
+  CHECK_NOTHROW(build({good, good}, halves, {1}));
+  CHECK_THROWS_WITH(build({good, {0, 0.45}}, halves, {1}), Contains("material 1: Young's modulus is 0"));
+  CHECK_THROWS_WITH(build({{1e5, -0.1}, good}, halves, {1}), Contains("material 0: Poisson's ratio is -0.1"));
+  CHECK_THROWS_WITH(build({good, good}, {0, 1}, {1}),
+                    Contains("2 tetrahedra") && Contains("the mesh has 12"));
+  CHECK_THROWS_WITH(build({good}, halves, {1}), Contains("tetrahedron 6 is of material 1, expected 0..0"));
+  CHECK_THROWS_WITH(build({good, good}, halves, {1, false, {0.5}}), Contains("listed for 1 materials"));
+  CHECK_THROWS_WITH(build({good, good}, halves, {1, false, {{}, -0.5}}),
+                    Contains("material 1: the mass is -0.5"));
+  CHECK_THROWS_WITH(build({good, good}, halves, {1, false, {1.0, {}}}), Contains("weigh 1 kg together"));
+  CHECK_THROWS_WITH(build({good, good}, halves, {1, false, {0.3, 0.6}}),
+                    Contains("expected the body's 1 kg"));
+  CHECK_NOTHROW(build({good, good}, halves, {1, false, {0.3, 0.7}}));
+  CHECK_THROWS_WITH(build({good, good, good}, halves, {1, false, {{}, {}, 0.2}}),
+                    Contains("material 2: it has a mass but no tetrahedron"));
 }
 
 }  // namespace
