@@ -3,8 +3,6 @@
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <numeric>
-#include <tuple>
 
 namespace tendril::fem {
 namespace {
@@ -31,24 +29,29 @@ Assembler::Assembler(const Model& model, const StiffnessMatrix& pattern, const E
       forces_(positions_) {
   positions_.topRows<3>() = model.mesh().nodes;
 
-  // Tetrahedra that share blocks stand together, so that those are near when they are needed again.
-  std::vector<int> order(model.tetrahedra().size());
-  std::iota(order.begin(), order.end(), 0);
-  const auto kind = [&](int t) { return std::pair(model.patch_of(t) == kNoPatch, model.law(t)); };
-  const auto key = [&](int t) {
-    return std::tuple(kind(t), model.patch_of(t), ascending(model.mesh().tets[t]));
-  };
-  std::sort(order.begin(), order.end(), [&](int s, int t) { return key(s) < key(t); });
-  for (size_t k = 0; k < order.size();) {
-    std::vector<int> tets;
-    while (k < order.size() && tets.size() < kLanes &&
-           kind(order[k]) == kind(order[tets.empty() ? k : k - 1]))
-      tets.push_back(order[k++]);
-    add_batch(tets, pattern);
+  for (const bool patched : {true, false}) {
+    for (const Law law : {Law::kCorotational, Law::kNeoHookean}) add_batches(law, patched, pattern);
+    if (patched) growth_.resize(batches_.size());
   }
-  growth_.resize(static_cast<size_t>(
-      std::count_if(batches_.begin(), batches_.end(), [](const Batch& b) { return b.patched; })));
   add_patches(pattern);
+}
+
+void Assembler::add_batches(Law law, bool patched, const StiffnessMatrix& pattern) {
+  const auto& mesh = model_.mesh();
+  std::vector<int> tets;
+  for (int t = 0; t < mesh.tet_count(); ++t)
+    if (model_.law(t) == law && (model_.patch_of(t) != kNoPatch) == patched) tets.push_back(t);
+  // Neighbours share blocks. So they follow one another from batch to batch, which keeps the blocks in the
+  // cache, but do not stand in one batch, where each lane would wait until the last one has added to the
+  // block.
+  std::sort(tets.begin(), tets.end(),
+            [&](int s, int t) { return ascending(mesh.tets[s]) < ascending(mesh.tets[t]); });
+  const size_t batches = (tets.size() + kLanes - 1) / kLanes;
+  for (size_t i = 0; i < batches; ++i) {
+    std::vector<int> lanes;
+    for (size_t k = i; k < tets.size(); k += batches) lanes.push_back(tets[k]);
+    add_batch(lanes, pattern);
+  }
 }
 
 void Assembler::add_batch(const std::vector<int>& tets, const StiffnessMatrix& pattern) {
@@ -69,7 +72,7 @@ void Assembler::add_batch(const std::vector<int>& tets, const StiffnessMatrix& p
     for (int a = 0, k = 0; a < 4; ++a) {
       batch.node[a][lane] = tet[a];
       for (int b = 0; b <= a; ++b, ++k)
-        batch.slot[k][lane] = used ? slot(pattern, tet[a], tet[b]) : pattern.discard_slot();
+        batch.place[k][lane] = 9 * (used ? slot(pattern, tet[a], tet[b]) : pattern.discard_slot());
     }
   }
   elements_.push_back(batch);
@@ -179,7 +182,7 @@ void Assembler::add_projected(size_t i, StiffnessMatrix& K) {
     const Corners f = element.forces(batch.pressure[lane]);
     for (int a = 0; a < 4; ++a) forces_.col(batch.node[a][lane]).head<3>() += f.col(a);
     const Blocks blocks = element.stiffness(Tangent::kSemidefinite, batch.pressure[lane]);
-    for (int k = 0; k < 10; ++k) K.add(batch.slot[k][lane], blocks[k]);
+    for (int k = 0; k < 10; ++k) K.add(batch.place[k][lane] / 9, blocks[k]);
     if (!batches_[i].patched) continue;
     const Corners growth = rest.volume * element.dilatation_gradient();
     for (int a = 0; a < 4; ++a)

@@ -46,6 +46,7 @@ class Assembler {
     Eigen::Matrix3Xd growth;
   };
 
+  void add_batches(Law law, bool patched, const StiffnessMatrix& pattern);
   void add_batch(const std::vector<int>& tets, const StiffnessMatrix& pattern);
   void add_patches(const StiffnessMatrix& pattern);
   int measure(size_t batch);

@@ -14,9 +14,9 @@ struct alignas(64) ElementBatch {
   double lambda[kLanes];    ///< Pa; 0 where a patch resists the change of volume
   double pressure[kLanes];  ///< of that patch, Pa
   double theta[kLanes];     ///< dilatation, as measured last
-  double q[4][kLanes];   ///< rotation as a quaternion, scalar part first: where the next search for it starts
-  int node[4][kLanes];   ///< corners, ascending
-  int slot[10][kLanes];  ///< blocks 00, 10, 11, 20, 21, 22, 30, 31, 32, 33 of the stiffness
+  double q[4][kLanes];  ///< rotation as a quaternion, scalar part first: where the next search for it starts
+  int node[4][kLanes];  ///< corners, ascending
+  int place[10][kLanes];  ///< where blocks 00, 10, 11, 20, 21, 22, 30, 31, 32, 33 begin in the stiffness
 };
 
 /// What a batch of a patch's tetrahedra resists with: V ∂θ/∂x by corner and component, m².

@@ -100,8 +100,7 @@ unsigned rotate(ElementBatch& batch, const double* positions) {
     const Matrix F = deformation_gradient(batch, first, edges(batch, first, positions));
     Quaternion q = load_quaternion(batch, first);
     Mask done = {};
-    constexpr unsigned kAll = (1u << kWidth) - 1;
-    for (int k = 0; k < kRotationIterations && bits(done) != kAll; ++k) {
+    for (int k = 0; k < kRotationIterations && !all(done); ++k) {
       const Matrix M = transpose(rotation(q)) * F;
       const Inversion T = invert_turning(M);
       const Vector axial{M.y.z - M.z.y, M.z.x - M.x.z, M.x.y - M.y.x};
@@ -112,7 +111,7 @@ unsigned rotate(ElementBatch& batch, const double* positions) {
     }
     store_quaternion(batch, first, q);
     done &= dot(F.x, cross(F.y, F.z)) > 0;
-    doubtful |= (~bits(done) & kAll) << first;
+    if (!all(done)) doubtful |= bits(~done) << first;
   }
   return doubtful;
 }
@@ -141,9 +140,9 @@ void scatter_add(const Shares& s, const ElementBatch& batch, int first, double* 
   const Matrix K10 = -(s.K11 + transpose(s.K21) + transpose(s.K31));
   const Matrix K20 = -(s.K21 + s.K22 + transpose(s.K32));
   const Matrix K30 = -(s.K31 + s.K32 + s.K33);
-  const Matrix* by_slot[10] = {nullptr, &K10, &s.K11, &K20, &s.K21, &s.K22, &K30, &s.K31, &s.K32, &s.K33};
-  scatter_add(-(K10 + K20 + K30), blocks, &batch.slot[0][first]);
-  for (int k = 1; k < 10; ++k) scatter_add(*by_slot[k], blocks, &batch.slot[k][first]);
+  const Matrix* by_place[10] = {nullptr, &K10, &s.K11, &K20, &s.K21, &s.K22, &K30, &s.K31, &s.K32, &s.K33};
+  scatter_add(-(K10 + K20 + K30), blocks, &batch.place[0][first]);
+  for (int k = 1; k < 10; ++k) scatter_add(*by_place[k], blocks, &batch.place[k][first]);
 }
 
 void store_growth(const Vector (&by_corner)[3], Lanes volume, int first, VolumeGrowth& growth) {

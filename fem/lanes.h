@@ -18,6 +18,7 @@ inline void store(double* p, Lanes v) { *reinterpret_cast<LooseLanes*>(p) = v; }
 inline Four load_four(const double* p) { return *reinterpret_cast<const LooseFour*>(p); }
 inline void add_four(double* p, Four v) { *reinterpret_cast<LooseFour*>(p) += v; }
 
+/// One bit a lane.
 inline unsigned bits(Mask m) {
   unsigned result = 0;
   for (int i = 0; i < kWidth; ++i) result |= (m[i] != 0 ? 1u : 0u) << i;
@@ -59,6 +60,12 @@ inline Matrix add_to_diagonal(Matrix A, Lanes s) {
 }
 
 #if TENDRIL_WIDTH == 8
+
+inline bool all(Mask m) {
+  m &= __builtin_shufflevector(m, m, 4, 5, 6, 7, 0, 1, 2, 3);
+  m &= __builtin_shufflevector(m, m, 2, 3, 0, 1, 6, 7, 4, 5);
+  return (m[0] & m[1]) != 0;
+}
 
 inline Lanes join(Four a, Four b) { return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7); }
 inline Lanes join_low(Lanes a, Lanes b) { return __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11); }
@@ -102,22 +109,29 @@ inline void add_to_block(double* block, Lanes first_eight, double last) {
   block[8] += last;
 }
 
-/// Adds the matrix of every lane to its block of nine numbers.
-inline void scatter_add(const Matrix& A, double* blocks, const int* slot) {
+/// Adds the matrix of every lane to nine numbers from `numbers + place` on.
+inline void scatter_add(const Matrix& A, double* numbers, const int* place) {
+  double last[kWidth];
+  store(last, A.z.z);
   Lanes a = A.x.x, b = A.x.y, c = A.x.z, d = A.y.x, e = A.y.y, f = A.y.z, g = A.z.x, h = A.z.y;
   transpose_halves(a, b, c, d);
   transpose_halves(e, f, g, h);
-  add_to_block(blocks + 9l * slot[0], join_low(a, e), A.z.z[0]);
-  add_to_block(blocks + 9l * slot[1], join_low(b, f), A.z.z[1]);
-  add_to_block(blocks + 9l * slot[2], join_low(c, g), A.z.z[2]);
-  add_to_block(blocks + 9l * slot[3], join_low(d, h), A.z.z[3]);
-  add_to_block(blocks + 9l * slot[4], join_high(a, e), A.z.z[4]);
-  add_to_block(blocks + 9l * slot[5], join_high(b, f), A.z.z[5]);
-  add_to_block(blocks + 9l * slot[6], join_high(c, g), A.z.z[6]);
-  add_to_block(blocks + 9l * slot[7], join_high(d, h), A.z.z[7]);
+  add_to_block(numbers + place[0], join_low(a, e), last[0]);
+  add_to_block(numbers + place[1], join_low(b, f), last[1]);
+  add_to_block(numbers + place[2], join_low(c, g), last[2]);
+  add_to_block(numbers + place[3], join_low(d, h), last[3]);
+  add_to_block(numbers + place[4], join_high(a, e), last[4]);
+  add_to_block(numbers + place[5], join_high(b, f), last[5]);
+  add_to_block(numbers + place[6], join_high(c, g), last[6]);
+  add_to_block(numbers + place[7], join_high(d, h), last[7]);
 }
 
 #else
+
+inline bool all(Mask m) {
+  m &= __builtin_shufflevector(m, m, 2, 3, 0, 1);
+  return (m[0] & m[1]) != 0;
+}
 
 inline void transpose(Four& a, Four& b, Four& c, Four& d) {
   const Four ab0 = __builtin_shufflevector(a, b, 0, 4, 2, 6), ab1 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
@@ -148,15 +162,17 @@ inline void add_to_block(double* block, Four first, Four second, double last) {
   block[8] += last;
 }
 
-/// Adds the matrix of every lane to its block of nine numbers.
-inline void scatter_add(const Matrix& A, double* blocks, const int* slot) {
+/// Adds the matrix of every lane to nine numbers from `numbers + place` on.
+inline void scatter_add(const Matrix& A, double* numbers, const int* place) {
+  double last[kWidth];
+  store(last, A.z.z);
   Four a = A.x.x, b = A.x.y, c = A.x.z, d = A.y.x, e = A.y.y, f = A.y.z, g = A.z.x, h = A.z.y;
   transpose(a, b, c, d);
   transpose(e, f, g, h);
-  add_to_block(blocks + 9l * slot[0], a, e, A.z.z[0]);
-  add_to_block(blocks + 9l * slot[1], b, f, A.z.z[1]);
-  add_to_block(blocks + 9l * slot[2], c, g, A.z.z[2]);
-  add_to_block(blocks + 9l * slot[3], d, h, A.z.z[3]);
+  add_to_block(numbers + place[0], a, e, last[0]);
+  add_to_block(numbers + place[1], b, f, last[1]);
+  add_to_block(numbers + place[2], c, g, last[2]);
+  add_to_block(numbers + place[3], d, h, last[3]);
 }
 
 #endif
