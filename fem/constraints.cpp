@@ -12,6 +12,16 @@ double value(const Coordinate& coordinate, const Eigen::VectorXd& x) {
   return std::visit([&](const auto& q) { return q.value(x); }, coordinate);
 }
 
+std::vector<int> nodes_of(const Coordinate& coordinate) {
+  return std::visit([](const auto& q) { return q.nodes(); }, coordinate);
+}
+
+std::vector<std::vector<int>> nodes_of(const std::vector<Coordinate>& coordinates) {
+  std::vector<std::vector<int>> result;
+  for (const Coordinate& coordinate : coordinates) result.push_back(nodes_of(coordinate));
+  return result;
+}
+
 void gradients(const std::vector<Coordinate>& coordinates, const Eigen::VectorXd& x,
                Eigen::Ref<Eigen::MatrixXd> J_T) {
   J_T.setZero();
@@ -84,7 +94,7 @@ Result build(const Model& model, const Kind& kind, const std::string& what) {
 }
 
 void refuse_if_held(const Coordinate& coordinate, const std::string& what) {
-  if (!std::visit([](const auto& q) { return q.moves(); }, coordinate))
+  if (nodes_of(coordinate).empty())
     throw std::invalid_argument(fmt::format("{} is attached to fixed nodes only", what));
 }
 
@@ -119,6 +129,9 @@ std::vector<std::vector<int>> Constraints::cliques() const {
       result.push_back(std::move(clique));
   return result;
 }
+
+std::vector<std::vector<int>> Constraints::actuator_nodes() const { return nodes_of(actuators_); }
+std::vector<std::vector<int>> Constraints::effector_nodes() const { return nodes_of(effectors_); }
 
 void Constraints::displacement(const Eigen::VectorXd& x, Eigen::VectorXd& delta_a) const {
   delta_a.resize(actuators());

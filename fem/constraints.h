@@ -71,6 +71,10 @@ class Constraints {
   /// Sets of nodes that the actuators couple, for Model::make_stiffness().
   std::vector<std::vector<int>> cliques() const;
 
+  /// For each row of J_a or J_e the free nodes at which it may be nonzero; nodes may occur twice.
+  std::vector<std::vector<int>> actuator_nodes() const;
+  std::vector<std::vector<int>> effector_nodes() const;
+
   // Real-time: those below allocate nothing, but for results that have not yet the size they need, and for
   // those that are returned.
 

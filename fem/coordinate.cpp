@@ -40,6 +40,12 @@ void LinearVector::add_gradient(const Eigen::Vector3d& u, Eigen::Ref<Eigen::Vect
   for (const Share& share : shares_) g.segment<3>(3 * share.node) += share.weight * u;
 }
 
+std::vector<int> LinearVector::nodes() const {
+  std::vector<int> result;
+  for (const Share& share : shares_) result.push_back(share.node);
+  return result;
+}
+
 Projection::Projection(LinearVector point, const Eigen::Vector3d& direction)
     : point_(std::move(point)), direction_(direction) {}
 
@@ -86,10 +92,7 @@ void Length::add_curvature(const Eigen::VectorXd& x, double scale, Tangent tange
 
 std::vector<std::vector<int>> Length::cliques() const {
   std::vector<std::vector<int>> result;
-  for (const Segment& segment : segments_) {
-    result.emplace_back();
-    for (const auto& share : segment.span.shares()) result.back().push_back(share.node);
-  }
+  for (const Segment& segment : segments_) result.push_back(segment.span.nodes());
   return result;
 }
 
@@ -103,8 +106,10 @@ void Length::bind(const StiffnessMatrix& K) {
   }
 }
 
-bool Length::moves() const {
-  return std::any_of(segments_.begin(), segments_.end(), [](auto& s) { return !s.span.shares().empty(); });
+std::vector<int> Length::nodes() const {
+  std::vector<int> result;
+  for (const auto& clique : cliques()) result.insert(result.end(), clique.begin(), clique.end());
+  return result;
 }
 
 int Length::collapsed(const Eigen::VectorXd& x) const {
@@ -155,11 +160,12 @@ void Volume::bind(const StiffnessMatrix& K) {
     }
 }
 
-bool Volume::moves() const {
+std::vector<int> Volume::nodes() const {
+  std::vector<int> result;
   for (const auto& face : surface_)
-    for (int node : face)
-      if (node < model_->free_nodes()) return true;
-  return false;
+    std::copy_if(face.begin(), face.end(), std::back_inserter(result),
+                 [this](int node) { return node < model_->free_nodes(); });
+  return result;
 }
 
 }  // namespace tendril::fem

@@ -27,6 +27,7 @@ class LinearVector {
 
   void add(const Model& model, const CablePoint& point, double weight);
   const std::vector<Share>& shares() const { return shares_; }  ///< by node, descending
+  std::vector<int> nodes() const;                               ///< of the shares
   Eigen::Vector3d at(const Eigen::VectorXd& x) const;           ///< m
 
   /// Adds the gradient of u · Σ w_i x_i to g (3N).
@@ -46,8 +47,8 @@ class LinearVector {
 //                        semidefinite
 //   cliques()            sets of nodes that its curvature couples beyond those of elements
 //   bind(K)              looks up once where in matrices of K's pattern the curvature goes
-//   moves()              whether it depends on a free node at all
-// Real-time: none of them allocates, bind() and cliques() excepted; their time depends on the number of nodes
+//   nodes()              the free nodes it depends on, at whatever pose
+// Real-time: none of the first three allocates; their time depends on the number of nodes
 // involved alone.
 
 /// u · v(x): how far a point, or the mean of several, has come along a direction fixed in space, m.
@@ -62,7 +63,7 @@ class Projection {
   void add_curvature(const Eigen::VectorXd&, double, Tangent, StiffnessMatrix&) const {}  // linear
   std::vector<std::vector<int>> cliques() const { return {}; }
   void bind(const StiffnessMatrix&) {}
-  bool moves() const { return !point_.shares().empty(); }
+  std::vector<int> nodes() const { return point_.nodes(); }
 
  private:
   LinearVector point_;
@@ -81,7 +82,7 @@ class Length {
   void add_curvature(const Eigen::VectorXd& x, double scale, Tangent tangent, StiffnessMatrix& K) const;
   std::vector<std::vector<int>> cliques() const;
   void bind(const StiffnessMatrix& K);
-  bool moves() const;
+  std::vector<int> nodes() const;
 
   /// Number of the first segment whose ends are in one place, or −1.
   int collapsed(const Eigen::VectorXd& x) const;
@@ -108,7 +109,7 @@ class Volume {
   void add_curvature(const Eigen::VectorXd& x, double scale, Tangent tangent, StiffnessMatrix& K) const;
   std::vector<std::vector<int>> cliques() const { return {}; }  // its edges are edges of elements
   void bind(const StiffnessMatrix& K);
-  bool moves() const;
+  std::vector<int> nodes() const;
 
  private:
   const Model* model_;

@@ -10,7 +10,7 @@ Dynamics::Dynamics(const Model& model, const Constraints& constraints, const Dam
       damping_(damping),
       A_(model.make_stiffness(constraints.cliques())),
       assembler_(model, A_),
-      factor_(A_) {
+      response_(constraints, A_, Response::Rows::kActuators) {
   reset(model.rest());
 }
 
@@ -23,30 +23,30 @@ void Dynamics::reset(const Eigen::VectorXd& x) {
 double Dynamics::kinetic_energy() const { return 0.5 * v_.dot(model_.masses().cwiseProduct(v_)); }
 
 bool Dynamics::step(const Eigen::VectorXd& delta_a, double h) {
-  bool factored = false;
+  if (!compute_response(h)) return false;
+  W_ = h * response_.W_aa();
+  constraints_.displacement(x_, free_);
+  free_ += h * response_.delta_a_of_r();
+  next_lambda_ = lambda_;
+  if (!solve_efforts(W_, free_, delta_a, constraints_.pull_only(), next_lambda_)) return false;
+
+  response_.move(next_lambda_, v_);
+  x_ += h * v_;
+  lambda_ = next_lambda_;
+  return true;
+}
+
+/// With A in the place of K the body's response is its velocity.
+bool Dynamics::compute_response(double h) {
   for (const Tangent tangent : {Tangent::kExact, Tangent::kSemidefinite}) {
-    if (assembler_.assemble(x_, tangent, f_, A_) > 0 || !f_.allFinite()) return false;
+    if (assembler_.assemble(x_, tangent, r_, A_) > 0 || !r_.allFinite()) return false;
+    r_ += model_.external_forces() + model_.masses().cwiseProduct(v_) / h;
     constraints_.add_stiffness(x_, lambda_, tangent, A_);
     A_.scale(damping_.stiffness + h);
     A_.add_diagonal((1 / h + damping_.mass) * model_.masses());
-    factored = factor_.factorize(A_);
-    if (factored) break;
+    if (response_.compute(A_, x_, r_)) return true;
   }
-  if (!factored) return false;
-
-  // With A in the place of K the responses are velocities.
-  f_ += model_.external_forces() + model_.masses().cwiseProduct(v_) / h;
-  solve_responses(constraints_, x_, factor_, f_, responses_);
-  const auto m = constraints_.actuators();
-  const Eigen::MatrixXd W = h * responses_.loads.leftCols(m).transpose() * responses_.moves;
-  const Eigen::VectorXd free = constraints_.displacement(x_) + W.col(m);
-  Eigen::VectorXd lambda = lambda_;
-  if (!solve_efforts(W.leftCols(m), free, delta_a, constraints_.pull_only(), lambda)) return false;
-
-  v_ = responses_.moves.leftCols(m) * lambda + responses_.moves.col(m);
-  x_ += h * v_;
-  lambda_ = lambda;
-  return true;
+  return false;
 }
 
 }  // namespace tendril::fem

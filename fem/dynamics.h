@@ -5,7 +5,6 @@
 #include "fem/assembler.h"
 #include "fem/compliance.h"
 #include "fem/constraints.h"
-#include "fem/factor.h"
 #include "fem/model.h"
 
 namespace tendril::fem {
@@ -50,14 +49,16 @@ class Dynamics {
   [[nodiscard]] bool step(const Eigen::VectorXd& delta_a, double h);
 
  private:
+  bool compute_response(double h);
+
   const Model& model_;
   const Constraints& constraints_;
   Damping damping_;
   StiffnessMatrix A_;
   Assembler assembler_;
-  Factor factor_;
-  Eigen::VectorXd x_, v_, lambda_, f_;
-  Responses responses_;
+  Response response_;
+  Eigen::VectorXd x_, v_, lambda_, next_lambda_, r_, free_;
+  Eigen::MatrixXd W_;
 };
 
 }  // namespace tendril::fem

@@ -20,8 +20,8 @@ Equilibrium::Equilibrium(const Model& model, const Constraints& constraints)
       constraints_(constraints),
       K_(model.make_stiffness(constraints.cliques())),
       assembler_(model, K_),
-      factor_(K_),
       longest_move_(kLongestMove * body_diagonal(model.mesh())),
+      response_(constraints, K_, Response::Rows::kActuatorsAndEffectors),
       x_(model.rest()),
       before_(x_) {}
 
@@ -40,21 +40,19 @@ Pose Equilibrium::linearise_here(const Eigen::VectorXd& lambda) {
     if (inverted > 0 || !r_.allFinite()) return Pose::kDiverged;
     r_ += model_.external_forces();
     constraints_.add_stiffness(x_, lambda, tangent, K_);
-    if (!factor_.factorize(K_)) continue;
+    if (!response_.compute(K_, x_, r_)) continue;
     tangent_ = tangent;
-    solve_responses(constraints_, x_, factor_, r_, responses_);
-    compute_compliance(constraints_, x_, responses_, compliance_);
+    response_.compliance(x_, compliance_);
     return Pose::kUsable;
   }
   return Pose::kNotPositiveDefinite;
 }
 
 double Equilibrium::advance(const Eigen::VectorXd& lambda) {
-  const auto m = constraints_.actuators();
-  const Eigen::VectorXd dx = responses_.moves.leftCols(m) * lambda + responses_.moves.col(m);
+  response_.move(lambda, dx_);
   before_ = x_;
-  const double asked = dx.reshaped(3, model_.free_nodes()).colwise().norm().maxCoeff();
-  x_ += asked > longest_move_ ? (longest_move_ / asked) * dx : dx;
+  const double asked = dx_.reshaped(3, model_.free_nodes()).colwise().norm().maxCoeff();
+  x_ += std::min(1.0, longest_move_ / asked) * dx_;
   return asked;
 }
 

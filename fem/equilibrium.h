@@ -5,7 +5,6 @@
 #include "fem/assembler.h"
 #include "fem/compliance.h"
 #include "fem/constraints.h"
-#include "fem/factor.h"
 #include "fem/imposed_displacement.h"
 #include "fem/model.h"
 
@@ -72,11 +71,10 @@ class Equilibrium {
   const Constraints& constraints_;
   StiffnessMatrix K_;
   Assembler assembler_;
-  Factor factor_;
   double longest_move_;                // m: Newton's steps are cut to this
   Tangent tangent_ = Tangent::kExact;  // the one that served last
-  Eigen::VectorXd x_, before_, r_;     // before_: x before the last step
-  Responses responses_;
+  Response response_;
+  Eigen::VectorXd x_, before_, r_, dx_;  // before_: x before the last step
   Compliance compliance_;
 };
 

@@ -1,38 +1,85 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <memory>
+#include <vector>
 
+#include "fem/front_kernels.h"
 #include "fem/stiffness_matrix.h"
 
 namespace tendril::fem {
 
-/// Cholesky factorisation P K Pᵀ = L Lᵀ of a stiffness matrix by CHOLMOD: the pattern is analysed once, the
-/// numbers are factored as often as they change.
+/// Memory on 64-byte boundaries, so that strips are whole cache lines.
+struct AlignedDelete {
+  void operator()(double* p) const noexcept;
+};
+using AlignedArray = std::unique_ptr<double[], AlignedDelete>;
+
+/// Cholesky factorisation K = L Lᵀ of a stiffness matrix that carries a border B of few rows along:
+/// eliminating K from [K Bᵀ; B 0] leaves −B K⁻¹ Bᵀ, so the compliance seen at the border falls out of the
+/// factorisation, and Y = L⁻¹Bᵀ stands in the same columns as L, ready for K⁻¹Bᵀc by one substitution.
+///
+/// Multifrontal, with fronts of 3 × 3 blocks: order, tree and all places are worked out once, at
+/// construction; the numbers are factored in place as often as they change.
 class Factor {
  public:
-  /// Orders and analyses the pattern of K.
-  /// @throws std::runtime_error if CHOLMOD runs out of memory
+  /// @param border  for each row of B the nodes at which it may be nonzero
+  /// @throws  std::runtime_error or std::bad_alloc if memory runs out
   /// Real-time: no (allocates).
-  explicit Factor(const StiffnessMatrix& K);
-  ~Factor();
-  Factor(const Factor&) = delete;
-  Factor& operator=(const Factor&) = delete;
+  explicit Factor(const StiffnessMatrix& K, const std::vector<std::vector<int>>& border = {});
 
   /// Factors the present numbers of K, whose pattern must be the one given at construction.
-  /// @return  false if K is not positive definite or not finite (the factor is then unusable)
-  /// @throws  std::bad_alloc
-  /// Real-time: no (time depends on the mesh).
-  [[nodiscard]] bool factorize(const StiffnessMatrix& K);
+  /// @param B_T  3N × c, column-major: Bᵀ
+  /// @return     false if K is not positive definite or not finite (the factor is then unusable)
+  /// Real-time: no (time depends on the mesh; allocates nothing).
+  [[nodiscard]] bool factorize(const StiffnessMatrix& K, const Eigen::MatrixXd& B_T);
 
-  /// Solves K X = B.
-  /// @param B, X  3N × c, column-major; no aliasing
-  /// Real-time: no (time depends on the mesh; allocates at the first call or when c grows).
-  void solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X);
+  /// B K⁻¹ Bᵀ, c × c, symmetric to the last bit.
+  const Eigen::MatrixXd& border_compliance() const { return border_compliance_; }
+
+  /// x = K⁻¹ Bᵀ c.
+  /// @param c  as many numbers as B has rows
+  /// @param x  result, of size 3N
+  /// Real-time: no (time depends on the mesh; allocates nothing).
+  void solve(const Eigen::VectorXd& c, Eigen::VectorXd& x);
+
+  size_t nonzeros() const;  ///< numbers in the columns of L, merged zeros included, the border's not
+  double operations()
+      const;  ///< of one factorisation, Σ (length of column)², those of the border not included
+  int fronts() const { return static_cast<int>(fronts_.size()); }
 
  private:
-  struct Cholmod;
-  std::unique_ptr<Cholmod> cholmod_;
+  /// A block of K and its place in a front's columns.
+  struct Entry {
+    int slot;
+    bool transposed;
+    int at;
+  };
+  struct Place {
+    int k, n, ld, ldu;  // as in Front
+    int parent;
+    std::vector<int> children;
+    size_t L, U;                    // where they start, in numbers
+    std::vector<int> pivots, rows;  // nodes
+    std::vector<int> border;        // rows of B
+    std::vector<Entry> entries;     // blocks of K
+    std::vector<RowMap> rows_in_parent;
+  };
+
+  void lay_out();
+  void find_entries(const StiffnessMatrix& K);
+  void map_rows();
+  void place_updates();
+  Front front(const Place& place) const;
+  void assemble(const Place& place, const StiffnessMatrix& K, const Eigen::MatrixXd& B_T,
+                const Front& front) const;
+  void add_to_border_compliance(const Place& root);
+
+  std::vector<Place> fronts_;
+  AlignedArray L_, U_, F_, z_;
+  size_t L_size_ = 0;
+  Eigen::MatrixXd border_compliance_;
 };
 
 }  // namespace tendril::fem

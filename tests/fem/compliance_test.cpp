@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "fem/equilibrium.h"
-#include "tests/fem/bodies.h"
+#include "tests/fem/chamber.h"
 
 namespace tendril::fem {
 namespace {
@@ -65,6 +65,19 @@ TEST_CASE("At equilibrium the linear law returns the present position and shorte
   const Compliance& c = body.compliance();
   CHECK((c.W_ea * lambda + c.p_e_free - beam.constraints.effector_position(body.x())).norm() < 1e-10);
   CHECK((c.W_aa * lambda + c.delta_a_free - beam.constraints.displacement(body.x())).norm() < 1e-10);
+}
+
+TEST_CASE("A cavity has one compliance, seen as actuator and as effector", "[law]") {
+  const testing::Chamber chamber;
+  Equilibrium body(chamber.model, chamber.constraints);
+  Eigen::VectorXd lambda(5);
+  lambda << 0.5, -0.2, 0.3, 0.1, 5e3;  // N, Pa of the last
+  REQUIRE(body.settle_under_efforts(lambda, 1e-11).converged);
+  REQUIRE(body.linearise(lambda) == Pose::kUsable);
+  const Compliance& c = body.compliance();
+  const auto row = c.W_aa.row(testing::Chamber::kPressure);
+  CHECK((c.W_ea.row(2) - row).norm() < 1e-9 * row.norm());
+  CHECK(c.p_e_free[2] - testing::Chamber::kVolume == Approx(c.delta_a_free[testing::Chamber::kPressure]));
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "fem/equilibrium.h"
-#include "tests/fem/bodies.h"
+#include "tests/fem/chamber.h"
 
 namespace tendril::fem {
 namespace {
@@ -21,6 +21,19 @@ TEST_CASE("Motion comes to rest at the static equilibrium", "[law]") {
   REQUIRE(settled.converged);
   CHECK((moving.x() - resting.x()).cwiseAbs().maxCoeff() < 1e-8);
   CHECK((moving.efforts() - settled.lambda).norm() < 1e-5 * settled.lambda.norm());
+}
+
+TEST_CASE("Actuators of every kind come to rest where statics has them", "[law]") {
+  const testing::Chamber chamber(0, {0, 0, -testing::kGravity});
+  Eigen::VectorXd delta_a(5);
+  delta_a << 0.0005, -0.001, 0.0005, 0.001, 0.1 * testing::Chamber::kVolume;  // m, m³ of the last
+  Dynamics moving(chamber.model, chamber.constraints, {5, 0.02});
+  for (int k = 0; k < 300; ++k) REQUIRE(moving.step(delta_a * std::min(1.0, k / 10.0), 0.01));
+  Equilibrium resting(chamber.model, chamber.constraints);
+  const Settled settled = resting.settle_at_lengths(delta_a, Sign::kPullOnly, 1e-12);
+  REQUIRE(settled.converged);
+  CHECK((moving.x() - resting.x()).cwiseAbs().maxCoeff() < 1e-8);
+  CHECK((moving.efforts() - settled.lambda).cwiseQuotient(settled.lambda).norm() < 1e-4);
 }
 
 TEST_CASE("A body at equilibrium stays there", "[law]") {

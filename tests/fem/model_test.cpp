@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "fem/assembler.h"
-#include "fem/factor.h"
+#include "fem/cholmod_factor.h"
 #include "tests/fem/bodies.h"
 
 namespace tendril::fem {
@@ -206,7 +206,7 @@ TEST_CASE("The sparse factor solves as a dense one and reports an indefinite mat
   Assembler assembler(model, K);
   Eigen::VectorXd f;
   assembler.assemble(model.rest(), Tangent::kExact, f, K);
-  Factor factor(K);
+  CholmodFactor factor(K);
   REQUIRE(factor.factorize(K));
   const Eigen::MatrixXd B = random_vector(random, 2 * model.unknowns(), 1).reshaped(model.unknowns(), 2);
   Eigen::MatrixXd X;

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "fem/assembler.h"
-#include "fem/factor.h"
+#include "fem/cholmod_factor.h"
 #include "tests/fem/bodies.h"
 #include "tests/fem/elements.h"
 
@@ -91,7 +91,7 @@ double deflection(int across, const Material& material) {
   StiffnessMatrix K = model.make_stiffness({});
   Eigen::VectorXd f;
   Assembler(model, K).assemble(model.rest(), Tangent::kExact, f, K);
-  Factor factor(K);
+  CholmodFactor factor(K);
   REQUIRE(factor.factorize(K));
   Eigen::MatrixXd tip = Eigen::MatrixXd::Zero(model.unknowns(), 1), u;
   for (int i = 0; i < model.free_nodes(); ++i)

@@ -1,0 +1,61 @@
+#pragma once
+
+namespace tendril::fem {
+
+/// Rows in a strip: one AVX-512 vector, two AVX2 vectors.
+inline constexpr int kStrip = 8;
+
+static inline constexpr int round_up_to_strip(int n) { return (n + kStrip - 1) / kStrip * kStrip; }
+
+/// A front: the dense matrix in which the pivots of a supernode are eliminated [Duff & Reid, "The
+/// multifrontal solution of indefinite sparse symmetric linear equations", 1983].
+///
+/// Its rows are k pivots, padded to whole strips with rows of zeros, then n rows that stay, padded likewise.
+/// F holds the columns of the pivots, one column after the other; U the lower triangle of the rows that stay.
+/// L is where the factor's columns go, in strips of eight rows: entry (i, p) at L[(i / 8) * 8k + 8p + i % 8],
+/// so that products of strips read memory in order. All three start on 64 bytes; ld and ldu are whole strips.
+struct Front {
+  int k;          ///< pivots
+  int n;          ///< rows that stay
+  double* F;      ///< ld × k, column-major; destroyed
+  int ld;         ///< round_up(k) + round_up(n), or more
+  double* L;      ///< (round_up(k) + round_up(n)) × k, in strips
+  double* U;      ///< round_up(n) columns of length ldu
+  int ldu;        ///< round_up(n), or more
+  bool U_is_set;  ///< false: U is taken to be zero
+};
+
+/// Rows of a child's update matrix and their places in the parent's front: bit b of `mask` stands for the
+/// parent's row to + b, and the child's rows for the bits that are set follow one another from row `from` on.
+struct RowMap {
+  int from;       ///< row of the child's update matrix
+  int to;         ///< row of the parent's front, the first of a strip
+  unsigned mask;  ///< eight bits, not all zero
+};
+
+/// The dense work of the factorisation. All of it: real-time: no (time depends on the front; allocates
+/// nothing).
+struct FrontKernels {
+  /// Adds the lower triangle of a child's update matrix to its parent's F and U.
+  /// @param U    the child's, with columns of length ldu
+  /// @param map  `count` maps, rows ascending in both
+  void (*extend_add)(const double* U, int ldu, const RowMap* map, int count, const Front& parent) noexcept;
+
+  /// Eliminates the pivots: F = L Lᵀ in its first k rows, L = F L⁻ᵀ below, and U ← U − L Lᵀ, the Schur
+  /// complement (lower triangle; parts of the upper one are overwritten too).
+  /// @return  false where a pivot is not positive or not finite
+  bool (*eliminate)(const Front& front) noexcept;
+
+  /// Solves L₁ᵀ x = −L₂ᵀ z, with L₁ the first k rows of L and L₂ the others.
+  /// @param z  round_up(n) numbers
+  /// @param x  k numbers; room for round_up(k)
+  void (*back_substitute)(const Front& front, const double* z, double* x) noexcept;
+};
+
+extern const FrontKernels kFrontKernelsV3;
+extern const FrontKernels kFrontKernelsV4;  ///< x86 only
+
+/// The fastest that this machine runs.
+const FrontKernels& front_kernels();
+
+}  // namespace tendril::fem

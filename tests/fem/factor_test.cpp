@@ -1,0 +1,198 @@
+#include "fem/factor.h"
+
+#include <Eigen/Dense>
+#include <catch2/catch.hpp>
+
+#include "fem/assembler.h"
+#include "fem/cholmod_factor.h"
+#include "fem/front_kernels.h"
+#include "fem/simd.h"
+#include "rt/heap_guard.h"
+#include "tests/fem/bodies.h"
+
+namespace tendril::fem {
+namespace {
+
+using testing::random_vector;
+
+constexpr double kReference = 1e-9;  // what the fast path may differ from CHOLMOD by, relative
+
+/// A beam's stiffness and a border of rows that touch few nodes, one node, all nodes and none.
+struct Bordered {
+  explicit Bordered(int nx, int ny, int nz, unsigned seed)
+      : random(seed),
+        model(testing::beam_model(testing::beam(nx, ny, nz, 0.01))),
+        K(model.make_stiffness({})),
+        border(4),
+        B_T(Eigen::MatrixXd::Zero(model.unknowns(), 4)) {
+    Eigen::VectorXd f;
+    const Eigen::VectorXd x = model.rest() + random_vector(random, model.unknowns(), 1e-6);
+    Assembler(model, K).assemble(x, Tangent::kExact, f, K);
+    const int n = model.free_nodes();
+    border[0] = {0, n / 3, n / 3 + 1, 0};
+    border[1] = {n - 1};
+    for (int i = 0; i < n; ++i) border[2].push_back(i);
+    for (int row = 0; row < 4; ++row)
+      for (int node : border[row]) B_T.col(row).segment<3>(3 * node) = random_vector(random, 3, 1.0);
+  }
+
+  std::mt19937 random;
+  Model model;
+  StiffnessMatrix K;
+  std::vector<std::vector<int>> border;
+  Eigen::MatrixXd B_T;
+};
+
+TEST_CASE("The factor sees the compliance at its border as CHOLMOD does", "[law]") {
+  const unsigned seed = GENERATE(1u, 2u);
+  CAPTURE(seed);
+  for (const auto& [nx, ny, nz] : {std::array{1, 1, 1}, std::array{9, 1, 1}, std::array{7, 4, 3}}) {
+    Bordered b(nx, ny, nz, seed);
+    CAPTURE(nx, ny, nz);
+    Factor factor(b.K, b.border);
+    REQUIRE(factor.factorize(b.K, b.B_T));
+    CholmodFactor reference(b.K);
+    REQUIRE(reference.factorize(b.K));
+    Eigen::MatrixXd moves;
+    reference.solve(b.B_T, moves);
+    const Eigen::MatrixXd W = b.B_T.transpose() * moves;
+    CHECK((factor.border_compliance() - W).norm() <= kReference * W.norm());
+    CHECK(factor.border_compliance() == factor.border_compliance().transpose());
+
+    const Eigen::VectorXd c = random_vector(b.random, 4, 1.0);
+    Eigen::VectorXd x(b.model.unknowns());
+    factor.solve(c, x);
+    CHECK((x - moves * c).norm() <= kReference * (moves * c).norm());
+    CHECK((b.K.multiply(x) - b.B_T * c).norm() <= kReference * (b.B_T * c).norm());
+  }
+}
+
+TEST_CASE("The factor reports an indefinite matrix and one that is not finite, and recovers", "[law]") {
+  Bordered b(4, 2, 2, 3);
+  const StiffnessMatrix good = b.K;
+  Factor factor(b.K, b.border);
+  REQUIRE(factor.factorize(b.K, b.B_T));
+  const Eigen::MatrixXd W = factor.border_compliance();
+  // One entry of the last node at a time, so that the fault shows up late too.
+  for (const double bad : {static_cast<double>(NAN), static_cast<double>(INFINITY), -1e9}) {
+    for (int node : {0, b.model.free_nodes() - 1}) {
+      CAPTURE(bad, node);
+      b.K = good;
+      b.K.block(b.K.column_starts()[node])[4] = bad;
+      CHECK_FALSE(factor.factorize(b.K, b.B_T));
+    }
+  }
+  REQUIRE(factor.factorize(good, b.B_T));
+  CHECK(factor.border_compliance() == W);  // to the last bit
+}
+
+TEST_CASE("A body in two parts is factored as two", "[law]") {
+  const Mesh one = testing::beam(2, 1, 1, 0.01);
+  Mesh two = one;
+  const int n = one.node_count();
+  two.nodes.conservativeResize(Eigen::NoChange, 2 * n);
+  two.nodes.rightCols(n) = one.nodes.colwise() + Eigen::Vector3d(0, 0.05, 0);
+  for (auto tet : one.tets) {
+    for (int& node : tet) node += n;
+    two.tets.push_back(tet);
+  }
+  for (int node : one.regions.at("base")) two.regions["base"].push_back(node + n);
+  const Model model = testing::beam_model(two);
+  StiffnessMatrix K = model.make_stiffness({});
+  Eigen::VectorXd f;
+  Assembler(model, K).assemble(model.rest(), Tangent::kExact, f, K);
+  std::vector<std::vector<int>> border(2);
+  for (int i = 0; i < model.free_nodes(); ++i) border[i % 2].push_back(i);
+  Eigen::MatrixXd B_T = Eigen::MatrixXd::Zero(model.unknowns(), 2);
+  for (int i = 0; i < model.free_nodes(); ++i) B_T(3 * i + 1, i % 2) = 1;
+  Factor factor(K, border);
+  REQUIRE(factor.factorize(K, B_T));
+  const Eigen::MatrixXd W = B_T.transpose() * K.dense().ldlt().solve(B_T);
+  CHECK((factor.border_compliance() - W).norm() <= kReference * W.norm());
+}
+
+TEST_CASE("Factoring again allocates nothing", "[rt]") {
+  if (!rt::HeapGuard::available()) return;
+  Bordered b(7, 3, 3, 4);
+  Factor factor(b.K, b.border);
+  const Eigen::VectorXd c = random_vector(b.random, 4, 1.0);
+  Eigen::VectorXd x(b.model.unknowns());
+  const rt::HeapGuard guard;
+  const bool good = factor.factorize(b.K, b.B_T);
+  factor.solve(c, x);
+  CHECK(guard.calls() == 0);
+  CHECK(good);
+}
+
+/// A front of random numbers that is positive definite, laid out as FrontKernels wants it.
+struct RandomFront {
+  RandomFront(int k, int n, std::mt19937& random) {
+    const Eigen::MatrixXd M = random_vector(random, (k + n) * (k + n), 1.0).reshaped(k + n, k + n);
+    A = M * M.transpose() + Eigen::MatrixXd::Identity(k + n, k + n);
+    const int kp = round_up_to_strip(k), np = round_up_to_strip(n);
+    for (auto* memory : {&F, &L, &U}) *memory = Aligned((kp + np + 2 * kStrip) * (kp + np + 2 * kStrip));
+    front = {k, n, F.at(), kp + np + kStrip, L.at(), U.at(), np + kStrip, true};
+    for (int c = 0; c < k; ++c) {
+      for (int r = c; r < k; ++r) F.at()[c * front.ld + r] = A(r, c);
+      for (int r = 0; r < n; ++r) F.at()[c * front.ld + kp + r] = A(k + r, c);
+    }
+    for (int c = 0; c < n; ++c)
+      for (int r = c; r < n; ++r) U.at()[c * front.ldu + r] = A(k + r, k + c);
+  }
+  /// Entry of L; rows that stay are counted from the padded pivots on.
+  double l(int i, int p) const { return front.L[i / kStrip * kStrip * front.k + kStrip * p + i % kStrip]; }
+
+  struct Aligned {
+    explicit Aligned(int count = 0) : numbers(count + kStrip, 0.0) {}
+    double* at() {
+      auto address = reinterpret_cast<std::uintptr_t>(numbers.data());
+      return reinterpret_cast<double*>((address + 63) / 64 * 64);
+    }
+    std::vector<double> numbers;
+  };
+  Eigen::MatrixXd A;
+  Aligned F, L, U;
+  Front front;
+};
+
+TEST_CASE("Kernels of every instruction set eliminate a front as a dense Cholesky does", "[law]") {
+  std::vector<const FrontKernels*> sets = {&kFrontKernelsV3};
+#ifdef __x86_64__
+  if (runs_x86_64_v4()) sets.push_back(&kFrontKernelsV4);
+#endif
+  const unsigned seed = 5;
+  std::mt19937 random(seed);
+  CAPTURE(seed);
+  for (const FrontKernels* kernels : sets)
+    for (const auto& [k, n] :
+         {std::pair{1, 0}, {3, 10}, {7, 1}, {8, 8}, {24, 49}, {33, 7}, {100, 37}, {230, 210}}) {
+      RandomFront f(k, n, random);
+      CAPTURE(kernels == &kFrontKernelsV3, k, n);
+      REQUIRE(kernels->eliminate(f.front));
+      const Eigen::MatrixXd L1 = f.A.topLeftCorner(k, k).llt().matrixL();
+      const Eigen::MatrixXd L2 =
+          L1.triangularView<Eigen::Lower>().solve(f.A.bottomLeftCorner(n, k).transpose()).transpose();
+      const Eigen::MatrixXd rest = f.A.bottomRightCorner(n, n) - L2 * L2.transpose();
+      double error = 0;
+      for (int c = 0; c < k; ++c) {
+        for (int r = c; r < k; ++r) error = std::max(error, std::abs(f.l(r, c) - L1(r, c)));
+        for (int r = 0; r < n; ++r)
+          error = std::max(error, std::abs(f.l(round_up_to_strip(k) + r, c) - L2(r, c)));
+      }
+      for (int c = 0; c < n; ++c)
+        for (int r = c; r < n; ++r)
+          error = std::max(error, std::abs(f.front.U[c * f.front.ldu + r] - rest(r, c)));
+      CHECK(error < 1e-12 * f.A.norm());
+
+      RandomFront::Aligned z(round_up_to_strip(n)), x(round_up_to_strip(k));
+      const Eigen::VectorXd stay = random_vector(random, n, 1.0);
+      std::copy(stay.begin(), stay.end(), z.at());
+      kernels->back_substitute(f.front, z.at(), x.at());
+      const Eigen::VectorXd expected =
+          L1.transpose().triangularView<Eigen::Upper>().solve(-(L2.transpose() * stay));
+      CHECK((Eigen::Map<Eigen::VectorXd>(x.at(), k) - expected).norm() <= 1e-9 * (1 + expected.norm()));
+    }
+}
+
+}  // namespace
+}  // namespace tendril::fem
