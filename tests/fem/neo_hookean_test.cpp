@@ -11,8 +11,6 @@ namespace {
 using testing::dense;
 using testing::kModuli;
 using testing::random_matrix;
-using testing::random_rotation;
-using testing::smallest_eigenvalue;
 using testing::unit_corners;
 
 TEST_CASE("A rubber that keeps its volume pulls with mu (s - 1/s^2) when stretched by s", "[law]") {
@@ -37,35 +35,30 @@ TEST_CASE("A rubber that keeps its volume pulls with mu (s - 1/s^2) when stretch
   }
 }
 
-TEST_CASE("The semidefinite tangent has no negative eigenvalue, however the element is squeezed", "[law]") {
+TEST_CASE("The semidefinite tangent is the exact one without its negative eigenvalues, inside out or not",
+          "[law]") {
   const unsigned seed = GENERATE(1u, 2u, 3u);
   CAPTURE(seed);
   std::mt19937 random(seed);
-  const auto rest = rest_tetrahedron(unit_corners());
+  // With edges along the axes, 1 m long, the blocks of corners 1 to 3 are V times the Hessian by F.
+  Corners cube = Corners::Zero();
+  cube.rightCols<3>().setIdentity();
+  const auto rest = rest_tetrahedron(cube);
   int indefinite = 0;
   for (int k = 0; k < 50; ++k) {
-    const Corners p = random_matrix(random, 1) * unit_corners();  // half of them inside out
+    const Corners p = random_matrix(random, 1) * cube;
     const double pressure = std::uniform_real_distribution(-1e5, 1e5)(random);
     const NeoHookeanElement element(rest, kModuli, p);
-    indefinite += smallest_eigenvalue(dense(element.stiffness(Tangent::kExact, pressure))) < -1e-3;
-    CHECK(smallest_eigenvalue(dense(element.stiffness(Tangent::kSemidefinite, pressure))) > -1e-12);
+    const auto hessian = [&](Tangent tangent) {
+      return Eigen::MatrixXd(dense(element.stiffness(tangent, pressure)).bottomRightCorner<9, 9>());
+    };
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(hessian(Tangent::kExact));
+    const Eigen::MatrixXd expected = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).asDiagonal() *
+                                     eigen.eigenvectors().transpose();
+    CHECK((hessian(Tangent::kSemidefinite) - expected).norm() < 1e-12 * expected.norm());
+    indefinite += eigen.eigenvalues()[0] < -1e-3 * expected.norm();
   }
   CHECK(indefinite > 25);
-}
-
-TEST_CASE("Where the exact tangent is semidefinite, so that nothing is to be mended, both are the same",
-          "[law]") {
-  std::mt19937 random(4);
-  const auto rest = rest_tetrahedron(unit_corners());
-  for (int k = 0; k < 20; ++k) {
-    // The volume grows, but so little that shear stays stable.
-    const Eigen::Matrix3d F =
-        random_rotation(random) * Eigen::Vector3d(1.2, 1.05, 0.85).asDiagonal() * random_rotation(random);
-    const NeoHookeanElement element(rest, kModuli, F * unit_corners());
-    const auto exact = dense(element.stiffness(Tangent::kExact));
-    REQUIRE(smallest_eigenvalue(exact) > -1e-12);
-    CHECK((dense(element.stiffness(Tangent::kSemidefinite)) - exact).norm() < 1e-12 * exact.norm());
-  }
 }
 
 TEST_CASE("An element turned inside out says so", "[law]") {
