@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <set>
+#include <tuple>
 
 namespace tendril::fem {
 namespace {
@@ -34,6 +37,103 @@ std::string place(const Eigen::Vector3d& p) {
   return fmt::format("({:.4g}, {:.4g}, {:.4g}) mm", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z());
 }
 
+std::string tet_at(const Mesh& mesh, int tet) {
+  return fmt::format("tetrahedron {} at {}", tet,
+                     place(mesh.nodes(Eigen::all, mesh.tets[tet]).rowwise().mean()));
+}
+
+/// Refuses coordinates that are not finite and node indices out of range.
+void check_numbers(const Mesh& mesh) {
+  Culprits not_finite, out_of_range;
+  for (int i = 0; i < mesh.node_count(); ++i)
+    if (!mesh.nodes.col(i).allFinite()) not_finite.add(fmt::format("node {}", i));
+  not_finite.refuse_if_any("nodes have coordinates that are not finite", "repair the mesh file");
+  for (int t = 0; t < mesh.tet_count(); ++t)
+    for (int node : mesh.tets[t])
+      if (node < 0 || node >= mesh.node_count())
+        out_of_range.add(fmt::format("tetrahedron {} names node {}", t, node));
+  out_of_range.refuse_if_any(fmt::format("node indices are outside 0..{}", mesh.node_count() - 1),
+                             "repair the mesh file");
+}
+
+/// Refuses tetrahedra that are inverted or flat.
+void check_shapes(const Mesh& mesh) {
+  Culprits inverted, flat;
+  for (int t = 0; t < mesh.tet_count(); ++t) {
+    const Eigen::Matrix<double, 3, 4> p = mesh.nodes(Eigen::all, mesh.tets[t]);
+    const double volume = signed_volume(p.col(0), p.col(1), p.col(2), p.col(3));
+    double longest = 0;
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < i; ++j) longest = std::max(longest, (p.col(i) - p.col(j)).norm());
+    if (std::abs(volume) <= kFlat * longest * longest * longest)
+      flat.add(tet_at(mesh, t));
+    else if (volume < 0)
+      inverted.add(tet_at(mesh, t));
+  }
+  inverted.refuse_if_any("tetrahedra are inverted", "swap two of their corners or mesh the body again");
+  flat.refuse_if_any("tetrahedra are flat", "mesh the body again with a quality bound");
+}
+
+/// A face of a tetrahedron: its nodes in ascending order, whether these turn counter-clockwise as seen from
+/// outside the tetrahedron, and which tetrahedron that is.
+struct Face {
+  std::array<int, 3> nodes;
+  bool counter_clockwise;
+  int tet;
+};
+
+std::vector<Face> sorted_faces(const Mesh& mesh) {
+  constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};  // seen from outside
+  std::vector<Face> faces;
+  for (int t = 0; t < mesh.tet_count(); ++t)
+    for (const auto& corners : kFaces) {
+      Face face{{mesh.tets[t][corners[0]], mesh.tets[t][corners[1]], mesh.tets[t][corners[2]]}, true, t};
+      for (const auto& [i, j] : {std::pair(0, 1), std::pair(1, 2), std::pair(0, 1)})
+        if (face.nodes[i] > face.nodes[j]) {
+          std::swap(face.nodes[i], face.nodes[j]);
+          face.counter_clockwise = !face.counter_clockwise;
+        }
+      faces.push_back(face);
+    }
+  std::sort(faces.begin(), faces.end(),
+            [](const Face& a, const Face& b) { return std::tie(a.nodes, a.tet) < std::tie(b.nodes, b.tet); });
+  return faces;
+}
+
+/// Refuses tetrahedra that do not fill space side by side: a face parts two of them at most, one on each
+/// side.
+void check_neighbours(const Mesh& mesh) {
+  Culprits twice, crowded, overlapping;
+  std::set<std::array<int, 4>> known;
+  for (int t = 0; t < mesh.tet_count(); ++t) {
+    auto corners = mesh.tets[t];
+    std::sort(corners.begin(), corners.end());
+    if (!known.insert(corners).second) twice.add(tet_at(mesh, t));
+  }
+  twice.refuse_if_any("tetrahedra are in the mesh twice", "remove the second ones from the mesh file");
+
+  const std::vector<Face> faces = sorted_faces(mesh);
+  for (size_t first = 0, end = 0; first < faces.size(); first = end) {
+    while (end < faces.size() && faces[end].nodes == faces[first].nodes) ++end;
+    const auto& nodes = faces[first].nodes;
+    if (end - first > 2)
+      crowded.add(fmt::format("the one of nodes {}, {}, {} at {}", nodes[0], nodes[1], nodes[2],
+                              place(mesh.nodes(Eigen::all, nodes).rowwise().mean())));
+    else if (end - first == 2 && faces[first].counter_clockwise == faces[first + 1].counter_clockwise)
+      overlapping.add(fmt::format("{} and {}", faces[first].tet, tet_at(mesh, faces[first + 1].tet)));
+  }
+  crowded.refuse_if_any("faces belong to more than two tetrahedra", "mesh the body again as one volume");
+  overlapping.refuse_if_any("pairs of tetrahedra lie on the same side of their common face",
+                            "mesh the body again as one volume");
+}
+
+std::vector<char> used_nodes(const Mesh& mesh) {
+  std::vector<char> used(mesh.node_count(), 0);
+  for (const auto& tet : mesh.tets)
+    for (int node : tet) used[node] = 1;
+  return used;
+}
+
 bool contains(const Space& space, const Eigen::Vector3d& p) {
   if (const auto* box = std::get_if<Box>(&space))
     return (p.array() >= box->lower.array()).all() && (p.array() <= box->upper.array()).all();
@@ -51,39 +151,11 @@ double signed_volume(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const E
 void check(const Mesh& mesh) {
   if (mesh.tets.empty())
     throw MeshError("the mesh has no tetrahedra; export the volume mesh, not the surface");
-
-  Culprits not_finite, out_of_range, inverted, flat, unreferenced;
-  for (int i = 0; i < mesh.node_count(); ++i)
-    if (!mesh.nodes.col(i).allFinite()) not_finite.add(fmt::format("node {}", i));
-  not_finite.refuse_if_any("nodes have coordinates that are not finite", "repair the mesh file");
-
-  std::vector<char> used(mesh.node_count(), 0);
-  for (int t = 0; t < mesh.tet_count(); ++t)
-    for (int node : mesh.tets[t]) {
-      if (node < 0 || node >= mesh.node_count())
-        out_of_range.add(fmt::format("tetrahedron {} names node {}", t, node));
-      else
-        used[node] = 1;
-    }
-  out_of_range.refuse_if_any(fmt::format("node indices are outside 0..{}", mesh.node_count() - 1),
-                             "repair the mesh file");
-
-  for (int t = 0; t < mesh.tet_count(); ++t) {
-    const auto& [a, b, c, d] = mesh.tets[t];
-    const Eigen::Matrix<double, 3, 4> p = mesh.nodes(Eigen::all, std::array{a, b, c, d});
-    const double volume = signed_volume(p.col(0), p.col(1), p.col(2), p.col(3));
-    double longest = 0;
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < i; ++j) longest = std::max(longest, (p.col(i) - p.col(j)).norm());
-    const Eigen::Vector3d centre = p.rowwise().mean();
-    if (std::abs(volume) <= kFlat * longest * longest * longest)
-      flat.add(fmt::format("tetrahedron {} at {}", t, place(centre)));
-    else if (volume < 0)
-      inverted.add(fmt::format("tetrahedron {} at {}", t, place(centre)));
-  }
-  inverted.refuse_if_any("tetrahedra are inverted", "swap two of their corners or mesh the body again");
-  flat.refuse_if_any("tetrahedra are flat", "mesh the body again with a quality bound");
-
+  check_numbers(mesh);
+  check_shapes(mesh);
+  check_neighbours(mesh);
+  Culprits unreferenced;
+  const std::vector<char> used = used_nodes(mesh);
   for (int i = 0; i < mesh.node_count(); ++i)
     if (!used[i]) unreferenced.add(fmt::format("node {} at {}", i, place(mesh.nodes.col(i))));
   unreferenced.refuse_if_any("nodes belong to no tetrahedron", "remove them from the mesh file");

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <charconv>
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace tendril::fem {
+
+/// A place in the text of a mesh file, from which words and numbers are read in order. What does not read as
+/// expected throws MeshError with the file, the line (in binary files: the byte), what is found and what is
+/// expected. Refers to the text, which outlives it.
+class TextCursor {
+ public:
+  TextCursor(std::string_view text, std::string file)
+      : text_(text), end_(text.size()), file_(std::move(file)) {}
+
+  /// A cursor on the part [begin, end) of the same text.
+  TextCursor part(size_t begin, size_t end) const;
+  /// Errors name the byte from here on, since the file has no lines.
+  void count_bytes() { by_line_ = false; }
+
+  std::string_view text() const { return text_; }
+  const std::string& file() const { return file_; }
+  size_t position() const { return position_; }
+
+  bool at_end();
+  /// The next word, between blanks or line ends; empty at the end.
+  std::string_view word();
+  /// The rest of this line, without its end.
+  std::string_view line();
+  /// The next `count` bytes, whatever they hold.
+  std::string_view bytes(size_t count, std::string_view what);
+
+  /// The next word as a number.
+  template <typename T>
+  T number(const char* what) {
+    const std::string_view found = word();
+    T value{};
+    const auto [end, error] = std::from_chars(found.data(), found.data() + found.size(), value);
+    if (error != std::errc{} || end != found.data() + found.size()) fail(what);
+    return value;
+  }
+  /// The next word as a number of things to come: what is left of the text must have a byte for each, so
+  /// that a wrong count asks for no absurd amount of memory.
+  size_t count(const char* what);
+
+  /// Throws: the last word read is not what is expected.
+  [[noreturn]] void fail(std::string_view expected) const;
+  /// Throws with a sentence of one's own on the place of the last word read.
+  [[noreturn]] void fail_with(const std::string& sentence) const;
+
+ private:
+  void skip_blanks();
+  std::string place() const;
+
+  std::string_view text_;
+  size_t position_ = 0, end_, last_ = 0;  // last_: where the last thing read begins
+  std::string file_;
+  bool by_line_ = true;
+};
+
+}  // namespace tendril::fem
