@@ -1,0 +1,16 @@
+#include "tests/validation/cases.h"
+
+namespace tendril::validation {
+
+const std::vector<Case>& cases() {
+  static const std::vector<Case> kCases = {
+      {"patch", "Patch test, free modes, rigid turns", patch},
+      {"cantilever", "Cantilever under a small end load", cantilever},
+      {"lame", "Hollow sphere under inner pressure", lame},
+      {"elastica", "Large deflection of a slender cantilever", elastica},
+      {"vibration", "Free vibration of a cantilever", vibration},
+  };
+  return kCases;
+}
+
+}  // namespace tendril::validation

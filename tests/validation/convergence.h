@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/validation/report.h"
+
+namespace tendril::validation {
+
+/// Errors of one quantity on meshes that become finer.
+struct Convergence {
+  std::vector<double> sizes;   ///< of a cell, mm, descending
+  std::vector<double> errors;  ///< relative, signed, %
+};
+
+/// What is asked of a convergence. Errors are in %.
+struct ConvergenceLimits {
+  double order_low, order_high;
+  double finest;        ///< error on the finest mesh
+  double extrapolated;  ///< error of the value that two meshes extrapolate to where the error goes as h²
+};
+
+/// Slope of the error between two sizes in a log-log plot.
+double order(double coarse_size, double coarse_error, double fine_size, double fine_error);
+
+/// Rows for every mesh, the order between the two finest and the extrapolated error; a series of the last
+/// picture.
+void report_convergence(Report& report, const std::string& what, const Convergence& found,
+                        const ConvergenceLimits& limits);
+
+}  // namespace tendril::validation

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fem/model.h"
+
+namespace tendril::validation {
+
+/// A material and what the page calls it.
+struct NamedMaterial {
+  std::string name;
+  fem::Material material;
+};
+
+/// The same small-strain elasticity in every law that the elements have.
+/// @param young_modulus  Pa
+std::vector<NamedMaterial> laws(double young_modulus, double poisson_ratio);
+
+/// A dead load at a node of the mesh that the model was built from.
+struct NodalLoad {
+  int node;
+  Eigen::Vector3d force;  ///< N
+};
+
+/// A node of the mesh that the model was built from, as a place of the model.
+fem::Attachment at_node(const fem::Model& model, int node);
+
+/// Where a node of the mesh that the model was built from has gone, m.
+Eigen::Vector3d displacement(const fem::Model& model, const Eigen::VectorXd& x, int node);
+
+/// Equilibrium under dead loads, which stay on the model afterwards.
+/// @param start  3N, m, where the iteration begins
+/// @param steps  the loads grow in as many equal steps
+/// @return  x, 3N, m
+/// @throws  std::runtime_error if the body does not come to rest
+Eigen::VectorXd settle(fem::Model& model, const Eigen::VectorXd& start, const std::vector<NodalLoad>& loads,
+                       int steps = 1);
+
+/// K at rest, 3N × 3N, N/m.
+Eigen::SparseMatrix<double> stiffness_at_rest(const fem::Model& model);
+
+/// A straight beam of rectangular section along x, clamped at x = 0.
+struct Beam {
+  double length, height;  ///< along x and z, m
+  double width = height;  ///< along y, m
+  int cells_along, cells_high, cells_wide;
+
+  fem::Mesh mesh() const;
+  std::vector<int> clamped() const;
+  double area() const { return width * height; }                                  ///< m²
+  double second_moment() const { return width * height * height * height / 12; }  ///< m⁴, bending in z
+
+  /// Nodes of the end face with their shares of its area, which sum to 1.
+  std::vector<std::pair<int, double>> end_face() const;
+  /// A force (N) spread evenly over the end face.
+  std::vector<NodalLoad> end_load(const Eigen::Vector3d& force) const;
+  /// Mean displacement of the end face, m.
+  Eigen::Vector3d end_displacement(const fem::Model& model, const Eigen::VectorXd& x) const;
+  int node(int i, int j, int k) const { return (i * (cells_wide + 1) + j) * (cells_high + 1) + k; }
+};
+
+}  // namespace tendril::validation
