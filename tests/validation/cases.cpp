@@ -7,6 +7,7 @@ const std::vector<Case>& cases() {
       {"patch", "Patch test, free modes, rigid turns", patch},
       {"cantilever", "Cantilever under a small end load", cantilever},
       {"lame", "Hollow sphere under inner pressure", lame},
+      {"locking", "Rubber that hardly changes its volume", locking},
       {"elastica", "Large deflection of a slender cantilever", elastica},
       {"vibration", "Free vibration of a cantilever", vibration},
   };

@@ -11,6 +11,7 @@ namespace tendril::validation {
 void patch(Report& report, Extent extent);
 void cantilever(Report& report, Extent extent);
 void lame(Report& report, Extent extent);
+void locking(Report& report, Extent extent);
 void elastica(Report& report, Extent extent);
 void vibration(Report& report, Extent extent);
 

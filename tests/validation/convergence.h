@@ -11,6 +11,11 @@ namespace tendril::validation {
 struct Convergence {
   std::vector<double> sizes;   ///< of a cell, mm, descending
   std::vector<double> errors;  ///< relative, signed, %
+
+  void add(double size, double error) {
+    sizes.push_back(size);
+    errors.push_back(error);
+  }
 };
 
 /// What is asked of a convergence. Errors are in %.

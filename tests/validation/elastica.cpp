@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "tests/validation/beam.h"
 #include "tests/validation/cases.h"
-#include "tests/validation/statics.h"
 
 // A slender cantilever that a dead load at its end bends far, against the elastica: the inextensible line
 // whose moment is E I times its curvature. The linear tetrahedron is too stiff in bending, by an amount that

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "fem/model.h"
@@ -16,7 +15,7 @@ struct NamedMaterial {
   fem::Material material;
 };
 
-/// The same small-strain elasticity in every law that the elements have.
+/// The same small-strain elasticity in both laws.
 /// @param young_modulus  Pa
 std::vector<NamedMaterial> laws(double young_modulus, double poisson_ratio);
 
@@ -42,25 +41,5 @@ Eigen::VectorXd settle(fem::Model& model, const Eigen::VectorXd& start, const st
 
 /// K at rest, 3N × 3N, N/m.
 Eigen::SparseMatrix<double> stiffness_at_rest(const fem::Model& model);
-
-/// A straight beam of rectangular section along x, clamped at x = 0.
-struct Beam {
-  double length, height;  ///< along x and z, m
-  double width = height;  ///< along y, m
-  int cells_along, cells_high, cells_wide;
-
-  fem::Mesh mesh() const;
-  std::vector<int> clamped() const;
-  double area() const { return width * height; }                                  ///< m²
-  double second_moment() const { return width * height * height * height / 12; }  ///< m⁴, bending in z
-
-  /// Nodes of the end face with their shares of its area, which sum to 1.
-  std::vector<std::pair<int, double>> end_face() const;
-  /// A force (N) spread evenly over the end face.
-  std::vector<NodalLoad> end_load(const Eigen::Vector3d& force) const;
-  /// Mean displacement of the end face, m.
-  Eigen::Vector3d end_displacement(const fem::Model& model, const Eigen::VectorXd& x) const;
-  int node(int i, int j, int k) const { return (i * (cells_wide + 1) + j) * (cells_high + 1) + k; }
-};
 
 }  // namespace tendril::validation

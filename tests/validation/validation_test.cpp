@@ -21,6 +21,7 @@ void hold(void (*run)(Report&, Extent)) {
 TEST_CASE("Every law carries uniform deformation, and resists no rigid motion", "[law]") { hold(patch); }
 TEST_CASE("A cantilever's small deflection converges to Timoshenko's", "[law]") { hold(cantilever); }
 TEST_CASE("A hollow sphere under pressure converges to Lamé's solution", "[law]") { hold(lame); }
+TEST_CASE("Patches keep rubber that hardly changes its volume from locking", "[law]") { hold(locking); }
 TEST_CASE("A slender cantilever bends far as the elastica does", "[law]") { hold(elastica); }
 TEST_CASE("A cantilever swings at the beam theory's frequency and loses what backward Euler takes", "[law]") {
   hold(vibration);

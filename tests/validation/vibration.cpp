@@ -9,9 +9,9 @@
 #include <stdexcept>
 
 #include "fem/dynamics.h"
+#include "tests/validation/beam.h"
 #include "tests/validation/cases.h"
 #include "tests/validation/convergence.h"
-#include "tests/validation/statics.h"
 
 // The simulated robot's body in motion: a cantilever that swings in its first bending mode. On its mesh the
 // mode has a frequency ω of its own, from K and the masses, which is held against beam theory. Backward Euler
@@ -79,8 +79,7 @@ void frequency(Report& report, Extent extent) {
   Convergence found;
   for (int n : full ? std::vector{1, 2, 4, 6} : std::vector{1, 2}) {
     const double expected = theory(beam_of(n)), omega = lowest_mode(model_of(beam_of(n))).omega;
-    found.sizes.push_back(1e3 * kHeight / n);
-    found.errors.push_back(100 * (std::pow(omega / expected, 2) - 1));
+    found.add(1e3 * kHeight / n, 100 * (std::pow(omega / expected, 2) - 1));
     report.note(fmt::format("first frequency, cells of {:.3g} mm", found.sizes.back()), omega / (2 * kPi),
                 "Hz");
   }

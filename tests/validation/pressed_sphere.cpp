@@ -1,0 +1,58 @@
+#include "tests/validation/pressed_sphere.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "tests/validation/hollow_sphere.h"
+#include "tests/validation/statics.h"
+
+namespace tendril::validation {
+
+using Eigen::Vector3d;
+
+std::vector<double> PressedSphere::radii() const {
+  std::vector<double> radii;
+  for (int k = 0; k <= layers; ++k) radii.push_back(kInner + k * cell());
+  return radii;
+}
+
+// From σ_rr(a) = −p and σ_rr(b) = 0 with σ_rr = E/(1 − 2ν) A − 4 μ B/r³.
+double PressedSphere::theory(double r) const {
+  const double a3 = std::pow(kInner, 3), b3 = std::pow(kOuter, 3);
+  const double share = kPressureShare * material.young_modulus * a3 / (b3 - a3);
+  const double A = share * (1 - 2 * material.poisson_ratio) / material.young_modulus;
+  const double B = share * b3 / (4 * material.lame_mu());
+  return A * r + B / (r * r);
+}
+
+std::vector<double> PressedSphere::displacements() const {
+  std::vector<double> with_cover = radii();
+  with_cover.push_back(1.25 * kOuter);
+  const HollowSphere sphere = hollow_sphere(with_cover, layers);
+  const fem::Mesh& mesh = sphere.mesh;
+  std::vector<int> fixed(sphere.nodes_a_layer), material_of_tet(mesh.tet_count(), 0);
+  std::iota(fixed.begin(), fixed.end(), mesh.node_count() - sphere.nodes_a_layer);
+  std::fill_n(material_of_tet.rbegin(), 3 * sphere.triangles.size(), 1);  // the cover's
+  const fem::Material soft{1e-6 * material.young_modulus, 0};
+  fem::Model model(mesh, {material, soft}, material_of_tet, fem::Mass{1}, fixed, Vector3d::Zero());
+
+  std::vector<NodalLoad> loads;
+  for (const auto& [a, b, c] : sphere.triangles) {
+    const Vector3d p = mesh.nodes.col(a), q = mesh.nodes.col(b), r = mesh.nodes.col(c);
+    const Vector3d share = kPressureShare * material.young_modulus / 6 * (q - p).cross(r - p);
+    for (int node : {a, b, c}) loads.push_back({node, share});
+  }
+  const Eigen::VectorXd x = settle(model, model.rest(), loads);
+  std::vector<double> mean(radii().size(), 0.0);
+  for (size_t layer = 0; layer < mean.size(); ++layer)
+    for (int s = 0; s < sphere.nodes_a_layer; ++s) {
+      const int node = static_cast<int>(layer) * sphere.nodes_a_layer + s;
+      mean[layer] +=
+          displacement(model, x, node).dot(mesh.nodes.col(node).normalized()) / sphere.nodes_a_layer;
+    }
+  return mean;
+}
+
+}  // namespace tendril::validation
