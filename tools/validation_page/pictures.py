@@ -1,0 +1,38 @@
+"""Draws the pictures of a case, in the look of tools/report."""
+
+import io
+
+from run_report.pictures import ACTUATORS as COLOURS, GREY, plt
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+STYLES = {"line": {"ls": "-"}, "marks": {"ls": "", "marker": "o", "ms": 4},
+          "both": {"ls": "-", "marker": "o", "ms": 4}, "guide": {"ls": "--", "lw": 0.9, "color": GREY}}
+
+
+def draw(picture):
+    """The picture as the bytes of a PNG."""
+    figure, axes = plt.subplots(figsize=(6.4, 4.2))
+    for i, series in enumerate(picture.series):
+        style = {"color": COLOURS[i % len(COLOURS)], **STYLES[series["style"]]}
+        if i >= len(COLOURS) // 2 and series["style"] == "both":
+            style["marker"] = "s"
+        axes.plot(series["x"], series["y"], label=series["label"] or None, **style)
+    axes.set_title(picture.title)
+    axes.set_xlabel(picture.x)
+    axes.set_ylabel(picture.y)
+    if picture.logarithmic:
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = axis.get_view_interval()
+            if high < 100 * low:  # too few powers of ten to read the axis by
+                axis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "125" else ""))
+            else:
+                axis.set_minor_formatter(NullFormatter())
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    if any(series["label"] for series in picture.series):
+        axes.legend(fontsize=8)
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png")
+    plt.close(figure)
+    return buffer.getvalue()
