@@ -10,6 +10,7 @@ const std::vector<Case>& cases() {
       {"locking", "Rubber that hardly changes its volume", locking},
       {"elastica", "Large deflection of a slender cantilever", elastica},
       {"vibration", "Free vibration of a cantilever", vibration},
+      {"references", "The paper's robot, computed elsewhere", references},
       {"calculix", "Node by node against CalculiX", calculix},
   };
   return kCases;

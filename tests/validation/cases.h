@@ -14,6 +14,7 @@ void lame(Report& report, Extent extent);
 void locking(Report& report, Extent extent);
 void elastica(Report& report, Extent extent);
 void vibration(Report& report, Extent extent);
+void references(Report& report, Extent extent);
 void calculix(Report& report, Extent extent);
 
 struct Case {

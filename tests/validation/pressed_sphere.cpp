@@ -3,14 +3,16 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
+#include <stdexcept>
 
+#include "fem/equilibrium.h"
+#include "fem/surface.h"
 #include "tests/validation/hollow_sphere.h"
 #include "tests/validation/statics.h"
 
 namespace tendril::validation {
-
-using Eigen::Vector3d;
 
 std::vector<double> PressedSphere::radii() const {
   std::vector<double> radii;
@@ -27,32 +29,38 @@ double PressedSphere::theory(double r) const {
   return A * r + B / (r * r);
 }
 
-std::vector<double> PressedSphere::displacements() const {
+double PressedSphere::theory_of_growth() const {
+  return 4 * std::numbers::pi * kInner * kInner * theory(kInner);
+}
+
+Inflation PressedSphere::inflate() const {
   std::vector<double> with_cover = radii();
   with_cover.push_back(1.25 * kOuter);
   const HollowSphere sphere = hollow_sphere(with_cover, layers);
   const fem::Mesh& mesh = sphere.mesh;
-  std::vector<int> fixed(sphere.nodes_a_layer), material_of_tet(mesh.tet_count(), 0);
+  std::vector<int> fixed(sphere.nodes_a_layer), inside(sphere.nodes_a_layer),
+      material_of_tet(mesh.tet_count(), 0);
   std::iota(fixed.begin(), fixed.end(), mesh.node_count() - sphere.nodes_a_layer);
   std::fill_n(material_of_tet.rbegin(), 3 * sphere.triangles.size(), 1);  // the cover's
   const fem::Material soft{1e-6 * material.young_modulus, 0};
-  fem::Model model(mesh, {material, soft}, material_of_tet, fem::Mass{1}, fixed, Vector3d::Zero());
+  const fem::Model model(mesh, {material, soft}, material_of_tet, fem::Mass{1}, fixed,
+                         Eigen::Vector3d::Zero());
 
-  std::vector<NodalLoad> loads;
-  for (const auto& [a, b, c] : sphere.triangles) {
-    const Vector3d p = mesh.nodes.col(a), q = mesh.nodes.col(b), r = mesh.nodes.col(c);
-    const Vector3d share = kPressureShare * material.young_modulus / 6 * (q - p).cross(r - p);
-    for (int node : {a, b, c}) loads.push_back({node, share});
-  }
-  const Eigen::VectorXd x = settle(model, model.rest(), loads);
-  std::vector<double> mean(radii().size(), 0.0);
-  for (size_t layer = 0; layer < mean.size(); ++layer)
+  for (int s = 0; s < sphere.nodes_a_layer; ++s) inside[s] = model.numbering()[s];
+  const fem::Constraints pressed(model, {fem::Pressure{fem::closed_surface(model.mesh(), inside)}}, {});
+  fem::Equilibrium body(model, pressed);
+  const Eigen::VectorXd pressure = Eigen::VectorXd::Constant(1, kPressureShare * material.young_modulus);
+  if (!body.settle_under_efforts(pressure, 1e-9 * kOuter).converged)
+    throw std::runtime_error("the sphere did not come to rest under its pressure");
+
+  Inflation result{std::vector<double>(radii().size(), 0.0), pressed.displacement(body.x())[0]};
+  for (size_t layer = 0; layer < result.displacement.size(); ++layer)
     for (int s = 0; s < sphere.nodes_a_layer; ++s) {
       const int node = static_cast<int>(layer) * sphere.nodes_a_layer + s;
-      mean[layer] +=
-          displacement(model, x, node).dot(mesh.nodes.col(node).normalized()) / sphere.nodes_a_layer;
+      const double outward = displacement(model, body.x(), node).dot(mesh.nodes.col(node).normalized());
+      result.displacement[layer] += outward / sphere.nodes_a_layer;
     }
-  return mean;
+  return result;
 }
 
 }  // namespace tendril::validation

@@ -6,6 +6,12 @@
 
 namespace tendril::validation {
 
+/// How a hollow sphere answers to pressure.
+struct Inflation {
+  std::vector<double> displacement;  ///< radial, mean of each layer of nodes, m
+  double growth;                     ///< of the cavity's volume, m³
+};
+
 /// A hollow sphere, free outside, under a small pressure inside. A model must be held somewhere: a cover a
 /// million times softer than the wall surrounds it, and the cover's outer nodes are fixed.
 struct PressedSphere {
@@ -18,14 +24,13 @@ struct PressedSphere {
   std::vector<double> radii() const;  ///< of the layers of nodes, m
   double cell() const { return (kOuter - kInner) / layers; }
 
-  /// Mean radial displacement of each layer of nodes, m.
-  std::vector<double> displacements() const;
+  /// @throws std::runtime_error if the sphere does not come to rest
+  Inflation inflate() const;
 
-  /// Lamé's, u(r) = A r + B/r², m.
+  /// Lamé's displacement u(r) = A r + B/r², m.
   double theory(double r) const;
-  /// How much too stiff the sphere is, by the displacement inside: pressure over displacement against
-  /// theory's, %.
-  double error() const { return 100 * (theory(kInner) / displacements()[0] - 1); }
+  /// Growth of the cavity by it, 4π a² u(a), m³.
+  double theory_of_growth() const;
 };
 
 }  // namespace tendril::validation

@@ -23,6 +23,9 @@ TEST_CASE("A cantilever's small deflection converges to Timoshenko's", "[law]") 
 TEST_CASE("A hollow sphere under pressure converges to Lamé's solution", "[law]") { hold(lame); }
 TEST_CASE("Patches keep rubber that hardly changes its volume from locking", "[law]") { hold(locking); }
 TEST_CASE("A slender cantilever bends far as the elastica does", "[law]") { hold(elastica); }
+TEST_CASE("The paper's robot rests, and reaches its goals, as in computations of others", "[law]") {
+  hold(references);
+}
 TEST_CASE("A cantilever swings at the beam theory's frequency and loses what backward Euler takes", "[law]") {
   hold(vibration);
 }
