@@ -19,8 +19,9 @@ constexpr double kYoung = 1e6;                   // Pa
 void cantilever(Report& report, Extent extent) {
   const bool full = extent == Extent::kFull;
   report.picture({"A cantilever's stiffness: error", "edge of a cell, mm", "error, %", true});
+  Convergence found;
   for (const auto& [name, material] : laws(kYoung, 0)) {
-    Convergence found;
+    found = {};
     for (int n : full ? std::vector{1, 2, 4, 8} : std::vector{1, 2, 4}) {
       const Beam beam{kLength, kHeight, kHeight, 10 * n, n, n};
       const double ratio = end_stiffness(beam, material) / timoshenko_stiffness(beam, material);
@@ -28,6 +29,7 @@ void cantilever(Report& report, Extent extent) {
     }
     report_convergence(report, name + ": error of the stiffness", found, full ? kFull : kShort);
   }
+  draw_second_order(report, found);
 }
 
 }  // namespace tendril::validation

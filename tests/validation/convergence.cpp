@@ -29,4 +29,9 @@ void report_convergence(Report& report, const std::string& what, const Convergen
   report.series(what, Style::kBoth, found.sizes, sizes_of_errors);
 }
 
+void draw_second_order(Report& report, const Convergence& found) {
+  const double coarse = found.sizes.front(), fine = found.sizes.back(), error = std::abs(found.errors.back());
+  report.series("second order", Style::kGuide, {coarse, fine}, {error * std::pow(coarse / fine, 2), error});
+}
+
 }  // namespace tendril::validation

@@ -33,4 +33,7 @@ double order(double coarse_size, double coarse_error, double fine_size, double f
 void report_convergence(Report& report, const std::string& what, const Convergence& found,
                         const ConvergenceLimits& limits);
 
+/// A dashed line of second order through the finest mesh, in the last picture.
+void draw_second_order(Report& report, const Convergence& found);
+
 }  // namespace tendril::validation

@@ -119,7 +119,7 @@ void elastica(Report& report, Extent extent) {
   const bool full = extent == Extent::kFull;
   const std::vector<double> alphas = full ? std::vector<double>{1, 2, 5, 10} : std::vector<double>{1, 5};
   const Beam coarse = beam_of(full ? 4 : 2), fine = beam_of(full ? 8 : 4);
-  report.picture({"The bent line (marks: every fourth node of the finest mesh)", "x / length", "z / length"});
+  report.picture({"The bent line and the nodes of the finest mesh", "x / length", "z / length"});
   for (double alpha : alphas) {
     const Elastica theory = solve_elastica(alpha);
     report.series(fmt::format("elastica, PL²/EI = {}", alpha), Style::kLine, theory.x, downward(theory.z));

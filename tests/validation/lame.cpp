@@ -20,8 +20,9 @@ void lame(Report& report, Extent extent) {
   const int finest = full ? 8 : 4;
   report.picture({"A hollow sphere's stiffness: error", "thickness of a layer, mm", "error, %", true});
   Inflation last;
+  Convergence inside, growth;
   for (const auto& [name, material] : laws(kYoung, kPoisson)) {
-    Convergence inside, growth;
+    inside = growth = {};
     for (int n = 2; n <= finest; n *= 2) {
       const PressedSphere sphere{material, n};
       last = sphere.inflate();
@@ -33,6 +34,7 @@ void lame(Report& report, Extent extent) {
     report_convergence(report, name + ": error of pressure over growth of the cavity", growth,
                        full ? kFullGrowth : kShortGrowth);
   }
+  draw_second_order(report, growth);
 
   report.picture({"Displacement through the wall", "radius, mm", "displacement, nm"});
   const PressedSphere sphere{laws(kYoung, kPoisson)[0].material, finest};

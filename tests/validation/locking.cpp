@@ -16,8 +16,8 @@ struct Limits {
   double patches;  ///< error of the stiffness with patches on the finest mesh, %
   double gain;     ///< least factor by which the elements' error is larger
 };
-constexpr Limits kShortSphere{30, 3}, kFullSphere{10, 3};
-constexpr Limits kShortBeam{60, 1.2}, kFullBeam{20, 1.2};
+constexpr Limits kShortSphere{10, 4}, kFullSphere{3, 6};
+constexpr Limits kShortBeam{30, 5}, kFullBeam{15, 5};
 
 constexpr double kYoung = 100e3, kPoisson = 0.49;
 constexpr double kLength = 0.1, kHeight = 0.01;  // m

@@ -86,6 +86,7 @@ void frequency(Report& report, Extent extent) {
   report.note("first frequency of beam theory", theory(beam_of(1)) / (2 * kPi), "Hz");
   report.picture({"Squared first frequency: error", "edge of a cell, mm", "error, %", true});
   report_convergence(report, "error of the squared frequency", found, full ? kFull : kShort);
+  draw_second_order(report, found);
 }
 
 /// What is written down of the swinging beam.

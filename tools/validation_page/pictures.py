@@ -5,17 +5,19 @@ import io
 from run_report.pictures import ACTUATORS as COLOURS, GREY, plt
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-STYLES = {"line": {"ls": "-"}, "marks": {"ls": "", "marker": "o", "ms": 4},
-          "both": {"ls": "-", "marker": "o", "ms": 4}, "guide": {"ls": "--", "lw": 0.9, "color": GREY}}
+STYLES = {"line": {"ls": "-"}, "marks": {"ls": "", "marker": "o"}, "both": {"ls": "-", "marker": "o"},
+          "guide": {"ls": "--", "lw": 0.9, "color": GREY}}
 
 
 def draw(picture):
-    """The picture as the bytes of a PNG."""
-    figure, axes = plt.subplots(figsize=(6.4, 4.2))
-    for i, series in enumerate(picture.series):
-        style = {"color": COLOURS[i % len(COLOURS)], **STYLES[series["style"]]}
-        if i >= len(COLOURS) // 2 and series["style"] == "both":
-            style["marker"] = "s"
+    """The picture as the bytes of a PNG. Marks are open and grow from series to series, so that those in the same place
+    stay visible; a series without a label looks like the one before it."""
+    figure, axes = plt.subplots(figsize=(6.4, 4.8))
+    named = -1
+    for series in picture.series:
+        named += bool(series["label"])
+        style = {"color": COLOURS[named % len(COLOURS)], "ms": 4 + 2 * (named % 4), "mfc": "none",
+                 **STYLES[series["style"]]}
         axes.plot(series["x"], series["y"], label=series["label"] or None, **style)
     axes.set_title(picture.title)
     axes.set_xlabel(picture.x)
@@ -31,7 +33,7 @@ def draw(picture):
                 axis.set_minor_formatter(NullFormatter())
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     if any(series["label"] for series in picture.series):
-        axes.legend(fontsize=8)
+        axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncol=2)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png")
     plt.close(figure)
