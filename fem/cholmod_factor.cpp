@@ -21,12 +21,11 @@ struct CholmodFactor::Cholmod {
   cholmod_dense* Y = nullptr;
   cholmod_dense* E = nullptr;
 
-  Cholmod() {
+  explicit Cholmod(Method method) {
     cholmod_start(&common);
-    common.supernodal = CHOLMOD_SIMPLICIAL;  // no BLAS: single-threaded, and the same bits at every run
-    common.final_ll = true;                  // LLᵀ, which a matrix that is not positive definite breaks off
+    common.supernodal = method == Method::kSimplicial ? CHOLMOD_SIMPLICIAL : CHOLMOD_SUPERNODAL;
     common.nmethods = 1;
-    common.method[0].ordering = CHOLMOD_NESDIS;  // nested dissection: fewest operations on bodies like ours
+    common.method[0].ordering = CHOLMOD_AMD;
     common.print = 0;
   }
   ~Cholmod() {
@@ -77,7 +76,8 @@ cholmod_sparse view(std::vector<int>& starts, std::vector<int>& rows, std::vecto
 
 }  // namespace
 
-CholmodFactor::CholmodFactor(const StiffnessMatrix& K) : cholmod_(std::make_unique<Cholmod>()) {
+CholmodFactor::CholmodFactor(const StiffnessMatrix& K, Method method)
+    : cholmod_(std::make_unique<Cholmod>(method)) {
   set_pattern(K, cholmod_->starts, cholmod_->rows);
   cholmod_->values.resize(cholmod_->rows.size());
   cholmod_sparse A = view(cholmod_->starts, cholmod_->rows, cholmod_->values);
@@ -89,17 +89,25 @@ CholmodFactor::~CholmodFactor() = default;
 
 bool CholmodFactor::factorize(const StiffnessMatrix& K) {
   set_values(K, cholmod_->values);
+  return factorize_again();
+}
+
+bool CholmodFactor::factorize_again() {
   cholmod_sparse A = view(cholmod_->starts, cholmod_->rows, cholmod_->values);
   cholmod_->common.status = CHOLMOD_OK;
   cholmod_factorize(&A, cholmod_->L, &cholmod_->common);
   if (cholmod_->common.status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
   if (cholmod_->common.status != CHOLMOD_OK) return false;
-  // CHOLMOD lets NaN pass: no pivot compares below zero.
+  // LDLᵀ goes on where a pivot is negative, and NaN passes every comparison of CHOLMOD's.
   const cholmod_factor* L = cholmod_->L;
+  if (L->is_super) return true;
   const auto* starts = static_cast<const int*>(L->p);
   const auto* values = static_cast<const double*>(L->x);
-  return std::all_of(starts, starts + L->n, [&](int start) { return std::isfinite(values[start]); });
+  return std::all_of(starts, starts + L->n,
+                     [&](int start) { return values[start] > 0 && std::isfinite(values[start]); });
 }
+
+double CholmodFactor::operations() const { return cholmod_->common.fl; }
 
 void CholmodFactor::solve(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) {
   cholmod_dense b{};
