@@ -30,7 +30,7 @@ bool ModelRefresher::settle(const Eigen::VectorXd& delta_a) {
 
 bool ModelRefresher::refresh(const rt::Feedback& feedback, std::int64_t now_ns, rt::Snapshot& snapshot) {
   // Until the controller asks for efforts, cables may still be moved by hand.
-  if (!feedback.efforts_known && feedback.lengths_known && !near_settled(feedback.delta_a) &&
+  if (!feedback.efforts_known && feedback.displacements_known && !near_settled(feedback.delta_a) &&
       !settle(feedback.delta_a))
     return false;
   Eigen::VectorXd lambda = lambda_;
@@ -60,7 +60,7 @@ bool ModelRefresher::fill(const fem::Compliance& compliance, const Eigen::Vector
   Eigen::MatrixXd H = compliance.W_ea.transpose() * compliance.W_ea;
   H += epsilon_ * (infinity_norm(H) / infinity_norm(compliance.W_aa)) * compliance.W_aa;
   snapshot.stamp_ns = now_ns;
-  snapshot.W_ea = compliance.W_ea;
+  snapshot.W_ea = snapshot.D_W_ea = compliance.W_ea;
   snapshot.W_aa = compliance.W_aa;
   snapshot.delta_a_free = compliance.delta_a_free;
   snapshot.p_e_free = compliance.p_e_free;

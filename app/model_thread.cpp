@@ -36,7 +36,7 @@ void ModelThread::stop() {
 bool ModelThread::settle() {
   while (!quit_) {
     const rt::Feedback& feedback = channels_.feedback.latest();
-    if (feedback.lengths_known) {
+    if (feedback.displacements_known) {
       if (refresher_.settle(feedback.delta_a)) return true;
       channels_.requests.model_failed = true;
       return false;

@@ -25,8 +25,8 @@ PlantDrives::PlantDrives(const Config& config, const PlantLengths& start)
     const hal::AxisScale& scale = master.axes[a].scale;
     hal::DriveSpec spec;
     spec.node = master.axes[a].node;
-    spec.top_speed = kSpareSpeed * config.cables[a].top_speed / std::abs(scale.metres_per_count());
-    spec.position_counts = start.delta_a[a] / scale.metres_per_count();
+    spec.top_speed = kSpareSpeed * config.cables[a].top_speed / std::abs(scale.displacement_per_count());
+    spec.position_counts = start.delta_a[a] / scale.displacement_per_count();
     drives_.emplace_back(spec);
     scales_.push_back(scale);
   }
@@ -56,7 +56,7 @@ void PlantDrives::show(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) 
 PlantLengths PlantDrives::lengths() const noexcept {
   PlantLengths lengths;
   for (size_t a = 0; a < drives_.size(); ++a)
-    lengths.delta_a[a] = scales_[a].to_metres(drives_[a].position_counts());
+    lengths.delta_a[a] = scales_[a].to_displacement(drives_[a].position_counts());
   return lengths;
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "fem/mesh_reader.h"
 
@@ -172,7 +173,8 @@ hal::MasterConfig master_config(const Config& config) {
     hal::AxisConfig axis;
     axis.name = cable.name;
     axis.node = cable.drive.node;
-    axis.scale = {cable.drive.counts_per_turn, cable.drive.pulley_radius, cable.drive.reversed};
+    axis.scale = {cable.drive.counts_per_turn, 2 * std::numbers::pi * cable.drive.pulley_radius,
+                  cable.drive.reversed};
     result.axes.push_back(axis);
   }
   result.period_ns = nanoseconds(1 / config.control.rate_hz);

@@ -73,7 +73,7 @@ void VirtualRig::refresh_model() {
   if (snapshot_ready_) channels_->snapshots.publish();
   snapshot_ready_ = false;
   const rt::Feedback& feedback = channels_->feedback.latest();
-  if (!feedback.lengths_known) return;
+  if (!feedback.displacements_known) return;
   if (!model_settled_) {
     model_settled_ = refresher_.settle(feedback.delta_a);
     if (!model_settled_) channels_->requests.model_failed = true;

@@ -141,7 +141,7 @@ void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
   }
 }
 
-void Cia402Axis::drive(bool enable, bool may_begin, bool all_enabled, double metres, int64_t now_ns,
+void Cia402Axis::drive(bool enable, bool may_begin, bool all_enabled, double displacement, int64_t now_ns,
                        FrameBatch& out) noexcept {
   if (stage_ != Stage::kRunning || position_stamp_ns_ == 0) return;
   const bool sound = fault_.kind == FaultKind::kNone;
@@ -159,7 +159,7 @@ void Cia402Axis::drive(bool enable, bool may_begin, bool all_enabled, double met
     controlword_ = sound ? next_controlword(state_, DriveState::kSwitchOnDisabled) : kDisableVoltage;
 
   following_ = phase_ == Phase::kOn && (following_ || all_enabled);
-  if (following_ && std::isfinite(metres)) target_ = scale_.to_counts(metres);
+  if (following_ && std::isfinite(displacement)) target_ = scale_.to_counts(displacement);
   if (state_ != DriveState::kEnabled) target_ = position_;  // 607A := 6064, so that enabling is no jump
   out.push(encode_drive_command(rpdo_id_, {controlword_, target_}));
 }
@@ -218,7 +218,7 @@ bool Cia402Axis::disabled() const noexcept {
          state_ == DriveState::kNotReady || state_ == DriveState::kUnknown;
 }
 
-double Cia402Axis::position() const noexcept { return scale_.to_metres(position_); }
+double Cia402Axis::position() const noexcept { return scale_.to_displacement(position_); }
 
 void Cia402Axis::configure() noexcept {
   stage_ = Stage::kConfiguring;

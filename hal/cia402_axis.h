@@ -32,8 +32,8 @@ class Cia402Axis {
   /// @param enable       whether it shall be in "operation enabled"
   /// @param may_begin    whether a drive at rest may begin to be enabled now
   /// @param all_enabled  whether every drive is, so that targets are followed
-  /// @param metres       target, m
-  void drive(bool enable, bool may_begin, bool all_enabled, double metres, int64_t now_ns,
+  /// @param displacement  target, m or m³
+  void drive(bool enable, bool may_begin, bool all_enabled, double displacement, int64_t now_ns,
              FrameBatch& out) noexcept;
 
   /// Starts afresh from the communication reset, whatever the axis did.
@@ -60,7 +60,7 @@ class Cia402Axis {
   /// Whether nothing is known that says the drive holds torque.
   bool disabled() const noexcept;
 
-  /// Last known position, m; 0 before the first.
+  /// Last known displacement, m or m³; 0 before the first.
   double position() const noexcept;
 
   /// When it arrived; 0 since the start or restart of the axis.

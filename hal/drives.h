@@ -43,7 +43,7 @@ struct DriveFault {
 struct Measurement {
   int64_t stamp_ns = 0;  // instant of `measure`
   int axes = 0;
-  std::array<double, kMaxAxes> position{};            // m of cable shortening, the last that is known
+  std::array<double, kMaxAxes> position{};            // displacement, m or m³, the last that is known
   std::array<int64_t, kMaxAxes> position_stamp_ns{};  // arrival of each position; 0: none yet
   bool all_known = false;     // every axis has sent its position within the feedback timeout
   bool all_enabled = false;   // every drive is in "operation enabled": commanded positions are followed
@@ -61,7 +61,7 @@ struct Command {
   bool reset = false;   // clear the latched fault and start the axes that had one afresh
   bool finish = false;  // with `enable` false: once all are disabled, stop the drives for good
   int axes = 0;
-  std::array<double, kMaxAxes> position{};  // m of cable shortening; used once all drives are enabled
+  std::array<double, kMaxAxes> position{};  // displacement, m or m³; used once all drives are enabled
 };
 
 /// The controller's side of a drive protocol, for all axes: a state machine that never waits.

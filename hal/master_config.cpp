@@ -23,7 +23,7 @@ void check_axis(const AxisConfig& axis, int master_node) {
     refuse(who + "node " + std::to_string(axis.node) + " is not within 1..127");
   if (axis.node == master_node) refuse(who + "node " + std::to_string(axis.node) + " is the master's own");
   if (!(axis.scale.counts_per_turn > 0)) refuse(who + "counts per turn must be positive");
-  if (!(axis.scale.pulley_radius > 0)) refuse(who + "the pulley radius must be positive");
+  if (!(axis.scale.displacement_per_turn > 0)) refuse(who + "the displacement per turn must be positive");
   if (axis.pdo < 1 || axis.pdo > 4) refuse(who + "the PDO number must be within 1..4");
   if (axis.rpdo_cob_id() > 0x7FF || axis.tpdo_cob_id() > 0x7FF) refuse(who + "COB-IDs must fit 11 bits");
 }

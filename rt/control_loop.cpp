@@ -31,7 +31,7 @@ void fill(TraceRecord& record, std::int64_t now_ns, const hal::Measurement& meas
 void fill(Feedback& feedback, std::int64_t now_ns, const hal::Measurement& measurement,
           const Decision& decision) noexcept {
   feedback.stamp_ns = now_ns;
-  feedback.lengths_known = measurement.all_known;
+  feedback.displacements_known = measurement.all_known;
   feedback.efforts_known = decision.phase >= Phase::kRunning;
   feedback.lambda = decision.lambda;
   feedback.delta_a.resize(decision.lambda.size());

@@ -8,14 +8,15 @@ namespace {
 
 // A stop takes the commanded speed to zero within this time.
 constexpr double kRampTime = 0.2;  // s
-// Relaxing lets cables out at this share of their top speed.
+// Relaxing moves actuators at this share of their top rate.
 constexpr double kRelaxShare = 0.25;
-// Relaxing has arrived when it is as near to the rest length as this.
-constexpr double kArrived = 1e-7;  // m
-// By how much the QP's answer may pass a stroke before it counts as a conflict of limits.
-constexpr double kStrokeTolerance = 1e-6;  // m
+// The next two are times at the top rate: it measures metres and cubic metres alike.
+// Relaxing has arrived when it is as near to rest as this.
+constexpr double kArrived = 1e-6;  // s
+// By how much the QP's answer may pass a displacement limit before it counts as a conflict of limits.
+constexpr double kLimitTolerance = 1e-5;  // s
 // Targets on the border of the workspace are inside in spite of rounding.
-constexpr double kBorder = 1e-9;  // m
+constexpr double kBorder = 1e-9;  // m; the workspace has no border for volumes
 // How long drives may take to disable before the run ends without them.
 constexpr std::int64_t kDisableLimit_ns = 1'000'000'000;
 
@@ -151,21 +152,21 @@ void Controller::serve_target(const Target* target, std::int64_t now_ns) noexcep
 
 void Controller::run(const Snapshot& snapshot, std::int64_t now_ns) noexcept {
   if (now_ns - snapshot.stamp_ns > config_.snapshot_age_limit_ns) decision_.faults.add(Fault::kSnapshotStale);
-  if (has_target_ && !decision_.faults.demand(Reaction::kHoldLengths)) solve(snapshot);
-  if (!has_target_ || decision_.faults.demand(Reaction::kHoldLengths)) brake(false);
+  if (has_target_ && !decision_.faults.demand(Reaction::kHalt)) solve(snapshot);
+  if (!has_target_ || decision_.faults.demand(Reaction::kHalt)) brake(false);
   decision_.p_e.noalias() = snapshot.W_ea * decision_.lambda + snapshot.p_e_free;
   if (!has_target_) decision_.desired = decision_.p_e;
 }
 
 void Controller::solve(const Snapshot& snapshot) noexcept {
-  // Rate limits narrow the strokes to a window around the last command; where a cable stands outside its
-  // stroke (it may have been moved by hand), the window leads back to it as fast as it may.
+  // Top rates narrow the limits to a window around the last command; where an actuator stands outside its
+  // limits (it may have been moved by hand), the window leads back to them as fast as it may.
   const ActuatorVector reach = config_.v_max * config_.period_s;
   const ActuatorVector lower = config_.l_min.cwiseMax(delta_a_ - reach).cwiseMin(delta_a_ + reach);
   const ActuatorVector upper = config_.l_max.cwiseMin(delta_a_ + reach).cwiseMax(delta_a_ - reach);
   bounds_.row_lower = lower - snapshot.delta_a_free;
   bounds_.row_upper = upper - snapshot.delta_a_free;
-  g_.noalias() = snapshot.W_ea.transpose() * (snapshot.p_e_free - decision_.desired);
+  g_.noalias() = snapshot.D_W_ea.transpose() * (snapshot.p_e_free - decision_.desired);
 
   const qp::Solution& solution =
       solver_.solve(snapshot.problem, g_, bounds_, decision_.lambda, config_.iteration_cap);
@@ -174,27 +175,28 @@ void Controller::solve(const Snapshot& snapshot) noexcept {
   decision_.qp_iterations = solution.iterations;
   if (solution.status == qp::Status::kCapped) decision_.faults.add(Fault::kQpCapped);
   if (solution.status == qp::Status::kIllPosed) decision_.faults.add(Fault::kQpIllPosed);
-  if (decision_.faults.demand(Reaction::kHoldLengths)) return;
+  if (decision_.faults.demand(Reaction::kHalt)) return;
 
   decision_.lambda = solution.x;
   const ActuatorVector asked = snapshot.W_aa * solution.x + snapshot.delta_a_free;
-  // Where only the top speed stands in the way, the efforts' limits will be met in a few cycles.
-  if (((asked - config_.l_max).array() > kStrokeTolerance).any() ||
-      ((config_.l_min - asked).array() > kStrokeTolerance).any())
+  // Where only the top rate stands in the way, the efforts' limits will be met in a few cycles.
+  const ActuatorVector tolerance = kLimitTolerance * config_.v_max;
+  if (((asked - config_.l_max).array() > tolerance.array()).any() ||
+      ((config_.l_min - asked).array() > tolerance.array()).any())
     decision_.faults.add(Fault::kQpSoftened);
   const ActuatorVector next = asked.cwiseMax(lower).cwiseMin(upper);
   velocity_ = (next - delta_a_) / config_.period_s;
   delta_a_ = next;
 }
 
-double Controller::rest_length(int a) const noexcept {
+double Controller::rest_displacement(int a) const noexcept {
   return std::clamp(0.0, config_.l_min[a], config_.l_max[a]);
 }
 
 bool Controller::at_rest() const noexcept {
   bool there = velocity_.isZero(0);
   for (int a = 0; a < config_.actuators && config_.stop == StopAction::kRelax; ++a)
-    there = there && std::abs(delta_a_[a] - rest_length(a)) < kArrived;
+    there = there && std::abs(delta_a_[a] - rest_displacement(a)) < kArrived * config_.v_max[a];
   return there;
 }
 
@@ -204,9 +206,8 @@ void Controller::brake(bool relax) noexcept {
     const double deceleration = config_.v_max[a] / kRampTime;
     double wanted = 0;
     if (relax) {
-      // The fastest speed from which steps of deceleration · T come to a halt at the rest length, not beyond
-      // it.
-      const double way = rest_length(a) - delta_a_[a], distance = std::abs(way);
+      // The fastest speed from which steps of deceleration · T come to a halt at rest, not beyond it.
+      const double way = rest_displacement(a) - delta_a_[a], distance = std::abs(way);
       const double stoppable = deceleration * (std::sqrt(T * T / 4 + 2 * distance / deceleration) - T / 2);
       wanted = std::copysign(std::min({kRelaxShare * config_.v_max[a], stoppable, distance / T}), way);
     }

@@ -27,16 +27,16 @@ const char* name(Phase phase) noexcept;
 /// How a stop ends the motion, before the drives are disabled.
 enum class StopAction : std::uint8_t {
   kHold,   ///< come to a halt and stay
-  kRelax,  ///< come to a halt, then let the cables out to the rest length
+  kRelax,  ///< come to a halt, then bring every actuator to its displacement at rest
 };
 
 struct ControllerConfig {
   int actuators = 0;                            ///< m
   int effector_coordinates = 0;                 ///< e
-  ActuatorVector a_min, a_max;                  ///< efforts, m, N
-  ActuatorVector l_min, l_max;                  ///< strokes, m, m
-  ActuatorVector v_max;                         ///< top speeds, m, m/s
-  EffectorVector workspace_min, workspace_max;  ///< where targets may lie, e, m
+  ActuatorVector a_min, a_max;                  ///< efforts, m, N or Pa
+  ActuatorVector l_min, l_max;                  ///< displacements, m, m or m³
+  ActuatorVector v_max;                         ///< top rates, > 0, m, m/s or m³/s
+  EffectorVector workspace_min, workspace_max;  ///< where targets may lie, e, m or m³; may be infinite
   int iteration_cap = 100;                      ///< of the QP
   double period_s = 0;                          ///< s
   std::int64_t snapshot_age_limit_ns = 0;
@@ -60,9 +60,9 @@ struct Decision {
   Phase phase = Phase::kConnecting;
   hal::Command command;    ///< to the drives
   FaultSet faults;         ///< present in this cycle
-  ActuatorVector lambda;   ///< efforts the command stands for, m, N
-  EffectorVector desired;  ///< target served, e, m
-  EffectorVector p_e;      ///< where the model puts the effectors under lambda, e, m
+  ActuatorVector lambda;   ///< efforts the command stands for, m, N or Pa
+  EffectorVector desired;  ///< target served, e, m or m³
+  EffectorVector p_e;      ///< where the model puts the effectors under lambda, e, m or m³
   bool qp_solved = false;  ///< whether a QP was posed in this cycle
   qp::Status qp_status = qp::Status::kOptimal;
   int qp_iterations = 0;
@@ -73,10 +73,10 @@ struct Decision {
 /// arguments and its own small state; no clock, no input or output, no globals.
 ///
 /// While running it solves, for the newest target on the newest snapshot [Largilliere 2015, eqs. 5-6],
-///   min ½ λᵀHλ + λᵀW_eaᵀδ_e_free   s.t.   a_min ≤ λ ≤ a_max,   l_min ≤ W_aa λ + δ_a_free ≤ l_max,
-/// the latter narrowed to what the top speeds allow within one period, and commands δ_a = W_aa λ + δ_a_free.
-/// Whatever happens, no command moves a cable faster than its top speed or leads it further out of its
-/// stroke.
+///   min ½ λᵀHλ + λᵀW_eaᵀD δ_e_free   s.t.   a_min ≤ λ ≤ a_max,   l_min ≤ W_aa λ + δ_a_free ≤ l_max,
+/// the latter narrowed to what the top rates allow within one period, and commands δ_a = W_aa λ + δ_a_free.
+/// D, the squares of the effectors' weights, comes with the snapshot. Whatever happens, no command moves an
+/// actuator faster than its top rate or leads it further out of its limits.
 class Controller {
  public:
   /// Real-time: no (copies).
@@ -106,15 +106,15 @@ class Controller {
   void run(const Snapshot& snapshot, std::int64_t now_ns) noexcept;
   void solve(const Snapshot& snapshot) noexcept;
   void brake(bool relax) noexcept;
-  double rest_length(int a) const noexcept;
+  double rest_displacement(int a) const noexcept;
   bool at_rest() const noexcept;
 
   ControllerConfig config_;
   qp::Solver solver_;
   qp::Bounds bounds_;
   Decision decision_;
-  ActuatorVector delta_a_;   // last command, m
-  ActuatorVector velocity_;  // of the last command, m/s
+  ActuatorVector delta_a_;   // last command, m or m³
+  ActuatorVector velocity_;  // of the last command, m/s or m³/s
   ActuatorVector g_;         // linear term of the QP
   bool has_target_ = false;
   bool faulted_ = false;

@@ -21,10 +21,10 @@ inline constexpr int kFaultKinds = 9;
 
 /// What the controller does about it, from the mildest on.
 enum class Reaction : std::uint8_t {
-  kServe,        ///< goes on with what it has; the cycle's command is within all limits
-  kHoldTarget,   ///< goes on toward the last good target
-  kHoldLengths,  ///< comes to a halt and stays until the fault has passed
-  kStop,         ///< controlled stop of all drives; the reason is latched
+  kServe,       ///< goes on with what it has; the cycle's command is within all limits
+  kHoldTarget,  ///< goes on toward the last good target
+  kHalt,        ///< comes to a halt and stays until the fault has passed
+  kStop,        ///< controlled stop of all drives; the reason is latched
 };
 
 struct FaultRule {
@@ -35,15 +35,15 @@ struct FaultRule {
 
 /// The fault table: every fault, what it leads to, and how a log calls it.
 inline constexpr std::array<FaultRule, kFaultKinds> kFaultTable{{
-    {Fault::kSnapshotStale, Reaction::kHoldLengths, "the newest model snapshot is older than its limit"},
+    {Fault::kSnapshotStale, Reaction::kHalt, "the newest model snapshot is older than its limit"},
     {Fault::kTargetStale, Reaction::kHoldTarget, "the newest target is older than its limit"},
     {Fault::kTargetRefused, Reaction::kHoldTarget, "the target is not finite or outside the workspace"},
-    {Fault::kQpSoftened, Reaction::kServe, "effort and stroke limits conflict; efforts win"},
-    {Fault::kQpCapped, Reaction::kHoldLengths, "the QP was stopped at its iteration cap"},
-    {Fault::kQpIllPosed, Reaction::kHoldLengths, "the QP was refused as ill-posed"},
+    {Fault::kQpSoftened, Reaction::kServe, "effort and displacement limits conflict; efforts win"},
+    {Fault::kQpCapped, Reaction::kHalt, "the QP was stopped at its iteration cap"},
+    {Fault::kQpIllPosed, Reaction::kHalt, "the QP was refused as ill-posed"},
     {Fault::kLateCycles, Reaction::kStop, "too many late cycles in a row"},
     {Fault::kModelFailed, Reaction::kStop,
-     "the model failed: no equilibrium at the measured lengths, or no memory"},
+     "the model failed: no equilibrium at the measured displacements, or no memory"},
     {Fault::kDrives, Reaction::kStop, "a drive or the bus failed"},
 }};
 

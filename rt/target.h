@@ -10,12 +10,12 @@ namespace tendril::rt {
 /// Where the effectors are wanted: a straight piece of path, so that a target that arrives late or seldom
 /// still moves smoothly.
 struct Target {
-  EffectorVector position;  ///< at stamp_ns, e, m
-  EffectorVector velocity;  ///< from stamp_ns until until_ns, e, m/s
+  EffectorVector position;  ///< at stamp_ns, e, m or m³
+  EffectorVector velocity;  ///< from stamp_ns until until_ns, e, m/s or m³/s
   std::int64_t stamp_ns = 0;
   std::int64_t until_ns = 0;  ///< the target stands still from here on
 
-  /// Wanted position at an instant, e, m.
+  /// Wanted position at an instant, e, m or m³.
   /// Real-time: wait-free.
   EffectorVector at(std::int64_t now_ns) const noexcept {
     const std::int64_t elapsed_ns =

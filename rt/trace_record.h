@@ -23,11 +23,11 @@ struct TraceRecord {
   std::int64_t snapshot_age_ns = 0;
   std::int64_t tracker_stamp_ns = 0;                      ///< when the tracker saw the effector; 0: never
   std::array<double, 3> tracker{};                        ///< m
-  std::array<double, kMaxActuators> command{};            ///< δ_a commanded, m
-  std::array<double, kMaxActuators> measured{};           ///< δ_a measured, m
-  std::array<double, kMaxActuators> lambda{};             ///< N
-  std::array<double, kMaxEffectorCoordinates> desired{};  ///< m
-  std::array<double, kMaxEffectorCoordinates> p_e{};      ///< the model's, m
+  std::array<double, kMaxActuators> command{};            ///< δ_a commanded, m or m³
+  std::array<double, kMaxActuators> measured{};           ///< δ_a measured, m or m³
+  std::array<double, kMaxActuators> lambda{};             ///< N or Pa
+  std::array<double, kMaxEffectorCoordinates> desired{};  ///< m or m³
+  std::array<double, kMaxEffectorCoordinates> p_e{};      ///< the model's, m or m³
 };
 
 }  // namespace tendril::rt

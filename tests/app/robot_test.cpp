@@ -114,9 +114,9 @@ TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]"
   REQUIRE(m.axes.size() == 2);
   CHECK(m.axes[0].name == "right");
   CHECK(m.axes[0].node == 1);
-  CHECK(m.axes[0].scale.metres_per_count() == Approx(2 * std::numbers::pi * 0.005 / 65536));
+  CHECK(m.axes[0].scale.displacement_per_count() == Approx(2 * std::numbers::pi * 0.005 / 65536));
   CHECK(m.axes[1].node == 9);
-  CHECK(m.axes[1].scale.metres_per_count() == Approx(-2 * std::numbers::pi * 0.008 / 4096));
+  CHECK(m.axes[1].scale.displacement_per_count() == Approx(-2 * std::numbers::pi * 0.008 / 4096));
   CHECK(m.period_ns == 1'666'667);
   CHECK(m.master_node == 127);
   CHECK(m.heartbeat_ns == 40'000'000);

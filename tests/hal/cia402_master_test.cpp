@@ -54,7 +54,7 @@ TEST_CASE("Start-up configures node 2 with the frames of the notes, in their ord
   }
 }
 
-TEST_CASE("Positions are known in metres before anything is enabled", "[unit]") {
+TEST_CASE("Displacements are known before anything is enabled", "[unit]") {
   Rig rig(config_of(4));
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
   CHECK(rig.measured.all_disabled);
@@ -62,7 +62,7 @@ TEST_CASE("Positions are known in metres before anything is enabled", "[unit]") 
   for (int i = 0; i < 4; ++i) {
     CAPTURE(i);
     const double sign = i % 2 == 1 ? -1 : 1;
-    CHECK(rig.measured.position[i] == Approx(sign * 1000 * (i + 1) * 2 * M_PI * 0.01 / 65536));
+    CHECK(rig.measured.position[i] == Approx(sign * 1000 * (i + 1) * 0.0628 / 65536));
     CHECK(rig.drives[i].state() == DriveState::kSwitchOnDisabled);
   }
   rig.run_for(1'000 * kMillisecond_ns);

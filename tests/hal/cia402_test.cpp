@@ -104,15 +104,17 @@ TEST_CASE("The PDOs of the worked example have its bytes", "[unit]") {
   CHECK_FALSE(decode_drive_feedback(0x182, *parse_frame("183#3702F0D8FFFF")));
 }
 
-TEST_CASE("One turn of the pulley winds up its circumference", "[unit]") {
-  const AxisScale scale{.counts_per_turn = 65536, .pulley_radius = 0.01};
-  CHECK(scale.to_metres(65536) == Approx(2 * std::numbers::pi * 0.01));
-  CHECK(scale.to_counts(2 * std::numbers::pi * 0.01) == 65536);
-  const AxisScale reversed{.counts_per_turn = 65536, .pulley_radius = 0.01, .reversed = true};
-  CHECK(reversed.to_counts(2 * std::numbers::pi * 0.01) == -65536);
+TEST_CASE("One turn of a drive is its displacement per turn, in metres of cable or cubic metres of fluid",
+          "[unit]") {
+  const double turn = GENERATE(2 * std::numbers::pi * 0.01, 1e-6);
+  const AxisScale scale{.counts_per_turn = 65536, .displacement_per_turn = turn};
+  CHECK(scale.to_displacement(65536) == Approx(turn));
+  CHECK(scale.to_counts(turn) == 65536);
+  const AxisScale reversed{.counts_per_turn = 65536, .displacement_per_turn = turn, .reversed = true};
+  CHECK(reversed.to_counts(turn) == -65536);
   for (const AxisScale& s : {scale, reversed})
     for (int32_t counts : {0, 1, -1, 12345, -99999, 2'000'000'000})
-      CHECK(s.to_counts(s.to_metres(counts)) == counts);
+      CHECK(s.to_counts(s.to_displacement(counts)) == counts);
   CHECK(scale.to_counts(1e9) == INT32_MAX);
   CHECK(scale.to_counts(-1e9) == INT32_MIN);
 }

@@ -20,7 +20,7 @@ TEST_CASE("A sound configuration passes and each unsound one says what is wrong"
   refused("master's own", [](MasterConfig& c) { c.master_node = 2; });
   refused("both use identifier 0x81", [](MasterConfig& c) { c.axes[1].node = 1; });
   refused("counts per turn", [](MasterConfig& c) { c.axes[0].scale.counts_per_turn = 0; });
-  refused("pulley radius", [](MasterConfig& c) { c.axes[0].scale.pulley_radius = -1; });
+  refused("displacement per turn", [](MasterConfig& c) { c.axes[0].scale.displacement_per_turn = -1; });
   refused("the tracker and axis 'cable 0'", [](MasterConfig& c) { c.tracker_id = 0x181; });
   refused("heartbeat timeout", [](MasterConfig& c) { c.heartbeat_timeout_ns = c.heartbeat_ns; });
   refused("SYNC period", [](MasterConfig& c) { c.period_ns = 0; });

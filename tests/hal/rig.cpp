@@ -9,7 +9,7 @@ MasterConfig config_of(int axes) {
     config.axes.push_back(
         {.name = "cable " + std::to_string(i),
          .node = i + 1,
-         .scale = {.counts_per_turn = 65536, .pulley_radius = 0.01, .reversed = i % 2 == 1}});
+         .scale = {.counts_per_turn = 65536, .displacement_per_turn = 0.0628, .reversed = i % 2 == 1}});
   return config;
 }
 

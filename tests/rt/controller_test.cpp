@@ -48,6 +48,77 @@ TEST_CASE("While running the effector goes to the target and the command is its 
   CHECK(decision.faults.bits() == 0);
 }
 
+TEST_CASE("Goals that one cable cannot reach together are missed by the inverse squares of their weights",
+          "[law]") {
+  const Eigen::VectorXd weight = Eigen::Vector2d(1, 3), goal = Eigen::Vector2d(0.02, 0.03);
+  ControllerConfig config = testing::one_cable();
+  config.effector_coordinates = 2;
+  config.workspace_min.setConstant(2, -0.1);
+  config.workspace_max.setConstant(2, 0.1);
+  Rig rig(config);
+  rig.target.velocity.setZero(2);
+  rig.target.position = goal;
+  const auto step = [&] {
+    testing::fill_snapshot(*rig.snapshot, rig.cycle.now_ns + kMillisecond);
+    rig.snapshot->p_e_free.setZero(2);
+    rig.snapshot->W_ea.setConstant(2, 1, kCoupling);
+    rig.snapshot->D_W_ea = weight.cwiseAbs2().asDiagonal() * rig.snapshot->W_ea;
+    const qp::Matrix H = rig.snapshot->W_ea.transpose() * rig.snapshot->D_W_ea;
+    REQUIRE(rig.snapshot->problem.prepare(H, rig.snapshot->W_aa) == qp::Preparation::kReady);
+    return rig.step(false);
+  };
+  for (int k = 0; k < 150; ++k) step();
+  const Eigen::VectorXd miss = goal - step().p_e;
+  CAPTURE(miss.transpose());
+  CHECK(miss[0] == Approx(-0.009));
+  CHECK(miss[1] == Approx(0.001));
+}
+
+/// The commands of a run with jumps of the target, a conflict of limits and a stop that relaxes, and the
+/// faults in it, where displacements are counted in another unit: `unit` of it are a metre.
+std::pair<std::vector<double>, std::vector<std::uint32_t>> run_in(double unit) {
+  ControllerConfig config = testing::one_cable();
+  config.stop = StopAction::kRelax;
+  for (auto* v : {&config.l_min, &config.l_max, &config.v_max}) *v *= unit;
+  for (auto* v : {&config.a_min, &config.a_max}) *v /= unit;
+  Rig rig(config);
+  rig.step_until(Phase::kModelling);
+  std::pair<std::vector<double>, std::vector<std::uint32_t>> result;
+  for (int k = 0; k < 400; ++k) {
+    rig.cycle.now_ns += kMillisecond;
+    testing::fill_snapshot(*rig.snapshot, rig.cycle.now_ns);
+    Snapshot& s = *rig.snapshot;
+    s.W_ea *= unit;
+    s.D_W_ea *= unit;
+    s.W_aa *= unit * unit;
+    s.delta_a_free *= unit;
+    s.lambda /= unit;
+    if (k > 100 && k < 150) s.delta_a_free.setConstant(1, 0.0121 * unit);  // beyond the limit without effort
+    REQUIRE(s.problem.prepare(s.W_ea.transpose() * s.W_ea, s.W_aa) == qp::Preparation::kReady);
+    rig.target = testing::still(k % 60 < 30 ? 0.02 : 0.03, rig.cycle.now_ns);
+    rig.cycle.stop_requested = k > 200;
+    rig.cycle.now_ns -= kMillisecond;
+    const Decision& decision = rig.step(false, false);
+    result.first.push_back(decision.command.position[0] / unit);
+    result.second.push_back(decision.faults.bits() << 8 | static_cast<std::uint32_t>(decision.phase));
+  }
+  return result;
+}
+
+TEST_CASE("The control law does not care in which unit displacements are counted", "[law]") {
+  const auto metres = run_in(1);
+  CHECK(std::count(metres.second.begin(), metres.second.end(), metres.second[120]) > 10);
+  CHECK((metres.second[120] >> 8 & 1u << static_cast<int>(Fault::kQpSoftened)) != 0);
+  CHECK((metres.second.back() & 0xFF) == static_cast<std::uint32_t>(Phase::kStopped));
+  for (const double unit : {1e-6, 1e-3, 1e3}) {
+    CAPTURE(unit);
+    const auto other = run_in(unit);
+    CHECK(other.second == metres.second);
+    for (std::size_t k = 0; k < metres.first.size(); ++k)
+      REQUIRE(other.first[k] == Approx(metres.first[k]).margin(1e-9));
+  }
+}
+
 TEST_CASE("No cable ever moves faster than its top speed", "[law]") {
   Rig rig;
   rig.step_until(Phase::kRunning);
@@ -305,6 +376,7 @@ TEST_CASE("A step of the largest robot makes no heap call in any phase", "[rt]")
   std::srand(5);
   const auto snapshot = std::make_unique<Snapshot>();
   snapshot->W_ea = 0.01 * CouplingMatrix::Random(e, m);
+  snapshot->D_W_ea = snapshot->W_ea;
   const qp::Matrix root = qp::Matrix::Random(m, m);
   snapshot->W_aa = 1e-4 * (root * root.transpose() + qp::Matrix::Identity(m, m));
   snapshot->delta_a_free.setZero(m);

@@ -32,6 +32,7 @@ inline void fill_snapshot(Snapshot& snapshot, std::int64_t now_ns) {
   snapshot.sequence += 1;
   snapshot.stamp_ns = now_ns;
   snapshot.W_ea.setConstant(1, 1, kCoupling);
+  snapshot.D_W_ea = snapshot.W_ea;
   snapshot.W_aa.setConstant(1, 1, kCompliance);
   snapshot.delta_a_free.setConstant(1, kFree);
   snapshot.p_e_free.setZero(1);
