@@ -121,8 +121,12 @@ int Assembler::measure(size_t i) {
   const unsigned doubtful = corotational ? kernels_.rotate(elements_[i], positions_.data())
                                          : kernels_.dilate(elements_[i], positions_.data());
   int inverted = 0;
-  for (int lane = 0; doubtful >> lane != 0 && lane < batches_[i].count; ++lane)
-    if (doubtful >> lane & 1) inverted += corotational ? !find_rotation(elements_[i], lane) : 1;
+  // Lanes that are not used count for nothing, but must come back from a pose that was not finite as well.
+  for (int lane = 0; doubtful >> lane != 0 && lane < kLanes; ++lane)
+    if (doubtful >> lane & 1) {
+      const bool bad = !corotational || !find_rotation(elements_[i], lane);
+      inverted += bad && lane < batches_[i].count;
+    }
   return inverted;
 }
 
