@@ -47,6 +47,16 @@ constexpr std::array kUnits = {
     Unit{"m/s^2", Dimension::kAcceleration},
     Unit{"rad", Dimension::kAngle},
     Unit{"deg", Dimension::kAngle, std::numbers::pi, 180},
+    Unit{"m^3", Dimension::kVolume},
+    Unit{"l", Dimension::kVolume, 1, 1e3},
+    Unit{"ml", Dimension::kVolume, 1, 1e6},
+    Unit{"cm^3", Dimension::kVolume, 1, 1e6},
+    Unit{"mm^3", Dimension::kVolume, 1, 1e9},
+    Unit{"m^3/s", Dimension::kFlow},
+    Unit{"l/s", Dimension::kFlow, 1, 1e3},
+    Unit{"ml/s", Dimension::kFlow, 1, 1e6},
+    Unit{"l/min", Dimension::kFlow, 1, 6e4},
+    Unit{"ml/min", Dimension::kFlow, 1, 6e7},
 };
 
 struct Noun {
@@ -79,6 +89,10 @@ Noun noun_of(Dimension dimension) {
       return {"an acceleration", "accelerations"};
     case Dimension::kAngle:
       return {"an angle", "angles"};
+    case Dimension::kVolume:
+      return {"a volume", "volumes"};
+    case Dimension::kFlow:
+      return {"a flow", "flows"};
   }
   return {"a value", "values"};
 }
@@ -132,7 +146,7 @@ std::string_view si_unit(Dimension dimension) {
 }
 
 std::string describe_quantity(std::size_t count, Dimension dimension) {
-  constexpr std::array<std::string_view, 4> kCounts = {"no", "one", "two", "three"};
+  constexpr std::array<std::string_view, 5> kCounts = {"no", "one", "two", "three", "four"};
   const Noun noun = noun_of(dimension);
   std::string text(noun.one);
   if (count != 1) {

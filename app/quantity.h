@@ -21,6 +21,8 @@ enum class Dimension {
   kSpeed,         // m/s
   kAcceleration,  // m/s²
   kAngle,         // rad
+  kVolume,        // m³
+  kFlow,          // m³/s
 };
 
 /// Reads "numbers unit" ("0 0 125 mm", "150 kPa", "0.45") whatever the locale: as many finite decimal numbers

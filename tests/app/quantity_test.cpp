@@ -44,7 +44,12 @@ const UnitCase kUnits[] = {
     {"Pa", Dimension::kPressure, 1},      {"kPa", Dimension::kPressure, 1e3},
     {"MPa", Dimension::kPressure, 1e6},   {"m/s", Dimension::kSpeed, 1},
     {"mm/s", Dimension::kSpeed, 1e-3},    {"m/s^2", Dimension::kAcceleration, 1},
-    {"rad", Dimension::kAngle, 1},        {"deg", Dimension::kAngle, std::numbers::pi / 180}};
+    {"rad", Dimension::kAngle, 1},        {"deg", Dimension::kAngle, std::numbers::pi / 180},
+    {"m^3", Dimension::kVolume, 1},       {"l", Dimension::kVolume, 1e-3},
+    {"ml", Dimension::kVolume, 1e-6},     {"cm^3", Dimension::kVolume, 1e-6},
+    {"mm^3", Dimension::kVolume, 1e-9},   {"m^3/s", Dimension::kFlow, 1},
+    {"l/s", Dimension::kFlow, 1e-3},      {"ml/s", Dimension::kFlow, 1e-6},
+    {"l/min", Dimension::kFlow, 1 / 6e4}, {"ml/min", Dimension::kFlow, 1 / 6e7}};
 
 /// A locale in which numbers look like 1.234,5.
 struct CommaLocale : std::numpunct<char> {
@@ -68,7 +73,7 @@ class GlobalLocale {
 }  // namespace
 
 TEST_CASE("Every unit has its value in SI and belongs to one dimension alone", "[law]") {
-  std::array<std::string, 12> listed;
+  std::array<std::string, 14> listed;
   for (const UnitCase& unit : kUnits) {
     const std::string text = std::string("1 ") + unit.unit;
     CHECK(si(text, unit.dimension) == unit.si);
