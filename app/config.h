@@ -7,8 +7,11 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <variant>
 #include <vector>
 
+#include "fem/material.h"
+#include "fem/mesh.h"
 #include "rt/controller.h"
 
 namespace tendril::app {
@@ -28,21 +31,28 @@ struct MeshConfig {
   double unit = 1e-3;          // m per length unit of the file
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();  // m
+  int line = 0;                                           // of `file`
+};
+
+/// A part of the mesh: one that the mesh itself names, or what lies in a part of space.
+struct RegionConfig {
+  std::variant<std::string, fem::Space> where;
+  int line = 0;
+};
+
+/// A part of the body made of something else.
+struct MaterialRegionConfig {
+  RegionConfig where;          // of tetrahedra
+  fem::Material material{};    // Pa
+  std::optional<double> mass;  // kg, of the part
 };
 
 /// What the model takes the body to be made of.
 struct MaterialConfig {
-  double young_modulus = 0;  // Pa
-  double poisson_ratio = 0;
-  double mass = 0;             // kg, of the whole body
-  bool mass_per_node = false;  // equal shares for all nodes instead of shares by volume
-};
-
-/// Nodes that do not move: those of a named region of the mesh, or those inside a box.
-struct FixedConfig {
-  std::string region;  // empty where the box is used
-  Eigen::Vector3d box_min = Eigen::Vector3d::Zero(), box_max = Eigen::Vector3d::Zero();  // m
-  int line = 0;
+  fem::Material material{};
+  double mass = 0;                            // kg, of the whole body
+  bool mass_per_node = false;                 // equal shares for all nodes instead of shares by volume
+  std::vector<MaterialRegionConfig> regions;  // later ones win where they overlap
 };
 
 /// A point in the robot's frame that belongs to the body or stands still in space.
@@ -52,36 +62,71 @@ struct PointConfig {
   int line = 0;
 };
 
-/// A point of the body whose position is controlled, in some or all coordinates.
-struct EffectorConfig {
-  std::string name;
-  PointConfig point;
-  std::array<bool, 3> controlled = {true, true, true};  // x, y, z
+/// A force of constant size and direction on a point of the body.
+struct LoadConfig {
+  PointConfig at;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  // N
 };
 
-/// One axis of the bus: how metres of cable become counts of the drive's encoder.
+/// What is controlled: the mean of points of the body, in some or all coordinates, or the volume of a cavity.
+struct EffectorConfig {
+  std::string name;
+  std::vector<PointConfig> points;                      // none where it is a cavity
+  std::array<bool, 3> controlled = {true, true, true};  // x, y, z of the points
+  std::optional<RegionConfig> cavity;
+  std::vector<double>
+      weights;  // one a coordinate, 1 or 1/m²: an error is multiplied by it before it is squared
+
+  int coordinates() const;  // that are controlled
+};
+
+/// One axis of the bus: how the displacement of its actuator becomes counts of the drive's encoder.
 struct DriveConfig {
-  int node = 0;                // CANopen node id, 1..127, no other drive's and not the master's
-  double counts_per_turn = 0;  // encoder counts in one turn of the pulley
-  double pulley_radius = 0;    // m
-  bool reversed = false;       // true where a positive count lets the cable out
+  int node = 0;                      // CANopen node id, 1..127, no other drive's and not the master's
+  double counts_per_turn = 0;        // encoder counts in one turn
+  double displacement_per_turn = 0;  // m or m³: circumference of a pulley, lead of a screw, volume of a pump
+  bool reversed = false;             // true where the displacement falls as the count rises
   int line = 0;
 };
 
-/// A cable that pulls the body, and the winch that pulls the cable.
+/// A cable that pulls: its effort is the tension, its displacement the shortening.
 struct CableConfig {
-  std::string name;
   std::vector<PointConfig> points;  // two or more: from the attachment to the last guide before the winch
-  double tension_min = 0, tension_max = 0;  // N, 0 ≤ min ≤ max: a cable cannot push
-  double stroke_min = 0, stroke_max = 0;    // m of shortening from the rest length, min ≤ max
-  double top_speed = 0;                     // m/s
+};
+
+/// A rod that pushes or pulls: its effort is positive where it pushes, its displacement is the lengthening.
+struct RodConfig {
+  PointConfig from, to;
+};
+
+/// A force on a point along a direction fixed in space; its displacement is the point's travel along it.
+struct ForceConfig {
+  PointConfig at;
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  // of length one
+};
+
+/// A cavity that is filled by a pump: its effort is the pressure, its displacement the growth of its volume.
+struct CavityConfig {
+  RegionConfig region;  // of nodes: those of its wall
+};
+
+/// What moves the body, and its drive. The unit of effort is Pa and that of displacement m³ for a cavity;
+/// they are N and m for all others.
+struct ActuatorConfig {
+  std::string name;
+  std::variant<CableConfig, RodConfig, ForceConfig, CavityConfig> kind;
+  double effort_min = 0, effort_max = 0;
+  double displacement_min = 0, displacement_max = 0;  // from rest
+  double top_rate = 0;                                // per second
   DriveConfig drive;
+
+  bool is_cavity() const { return std::holds_alternative<CavityConfig>(kind); }
 };
 
 /// The two loops: how fast, how long old data serves, and where the effectors may go.
 struct ControlConfig {
   double rate_hz = 600;             // of the control thread
-  double epsilon = 1e-3;            // weight of the energy term of the QP, unitless
+  double epsilon = 1e-3;            // of the energy term of the QP, unitless
   int iteration_cap = 100;          // of the QP
   int priority = 80;                // SCHED_FIFO, 1..98: 99 is the kernel's own
   int cpu = -1;                     // the control thread's; -1: any
@@ -105,21 +150,25 @@ struct BusConfig {
   int line = 0;
 };
 
-/// The path of the effector: waypoints visited at constant speed.
+/// The path of an effector: waypoints visited at constant speed.
 struct MotionConfig {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // m
   std::vector<Eigen::Vector3d> waypoints;            // m, from the origin
   double speed = 0;                                  // m/s
   bool closed = true;
+  int effector = 0;  // its place in the list of effectors; one of points
 };
 
-/// What the simulated robot is made of, apart from the shape: never the controller's own values.
+/// What the simulated robot is made of, apart from the shape: never the controller's own values. The laws of
+/// its materials are the model's, the moduli and masses of their regions are in the proportion of the
+/// whole's.
 struct PlantConfig {
   double young_modulus = 0, poisson_ratio = 0, mass = 0;  // Pa, 1, kg
   double damping_mass = 0;                                // 1/s, Rayleigh: times M
   double damping_stiffness = 0;                           // s, Rayleigh: times K
   double time_step = 0.01;                                // s of the integrator
   double tracker_rate_hz = 100;
+  std::vector<LoadConfig> loads;  // that the model knows nothing of, beside those that it knows
 };
 
 /// Everything one YAML file says of a robot, in SI units.
@@ -129,10 +178,11 @@ struct Config {
   MeshConfig mesh;
   MaterialConfig material;
   Eigen::Vector3d gravity{0, 0, -9.81};  // m/s²
-  FixedConfig fixed;
-  double snap = 0;  // m: how far outside the mesh a body point may lie and still be attached
+  std::vector<LoadConfig> loads;
+  RegionConfig fixed;  // of nodes
+  double snap = 0;     // m: how far outside the mesh a body point may lie and still be attached
   std::vector<EffectorConfig> effectors;
-  std::vector<CableConfig> cables;
+  std::vector<ActuatorConfig> actuators;
   ControlConfig control;
   BusConfig bus;
   std::optional<MotionConfig> motion;

@@ -10,23 +10,46 @@ namespace tendril::app {
 namespace {
 
 void check_capacity(const Value& robot, const Config& config) {
-  int coordinates = 0;
+  int coordinates = 0, weighed = 0;
   for (const EffectorConfig& effector : config.effectors) {
-    coordinates += int(std::ranges::count(effector.controlled, true));
+    coordinates += effector.coordinates();
+    weighed += int(std::ranges::count_if(effector.weights, [](double weight) { return weight > 0; }));
   }
-  const int cables = int(config.cables.size());
-  if (cables > kMaxActuators) robot.at("actuators").fail(fmt::format("at most {} actuators", kMaxActuators));
+  const int actuators = int(config.actuators.size());
+  if (actuators > kMaxActuators)
+    robot.at("actuators").fail(fmt::format("at most {} actuators", kMaxActuators));
   if (coordinates > kMaxEffectorCoordinates) {
     const Value effectors = robot.at("effectors");
     effectors.fail(
         fmt::format("at most {} controlled coordinates, these are {}", kMaxEffectorCoordinates, coordinates));
   }
-  // W_eaᵀ W_ea has no more than `coordinates` nonzero eigenvalues: without the energy term the QP is not
+  if (weighed == 0) robot.at("effectors").fail("a coordinate with a weight above 0");
+  // W_eaᵀ D W_ea has no more than `weighed` nonzero eigenvalues: without the energy term the QP is not
   // strictly convex.
-  if (config.control.epsilon == 0 && cables > coordinates) {
+  if (config.control.epsilon == 0 && actuators > weighed) {
     const Value epsilon = robot.at("control").at("epsilon");
     epsilon.fail(fmt::format("a number above 0, as {} actuators for {} effector coordinates are redundant",
-                             cables, coordinates));
+                             actuators, weighed));
+  }
+}
+
+/// The tracker sees a point.
+void check_first_effector(const Value& robot, const Config& config) {
+  if (config.effectors[0].cavity)
+    robot.at("effectors")
+        .at(std::size_t{0})
+        .at("cavity")
+        .fail("a point or points first, as the tracker follows the first effector");
+}
+
+void check_material(const Value& robot, const Config& config) {
+  double mass = 0;
+  for (std::size_t k = 0; k < config.material.regions.size(); ++k) {
+    mass += config.material.regions[k].mass.value_or(0);
+    if (mass <= config.material.mass) continue;
+    const Value place = robot.at("material").at("regions").at(k).at("mass");
+    place.fail(fmt::format("parts no heavier than the whole; with this one they have {:g} kg of {:g} kg",
+                           mass, config.material.mass));
   }
 }
 
@@ -42,26 +65,41 @@ void check_names(const Value& robot) {
   }
 }
 
-/// A cable pulls its first point toward the next: two in one place give no direction.
-void check_cables(const Value& robot, const Config& config) {
-  constexpr double kApart = 1e-6;  // m
-  for (std::size_t i = 0; i < config.cables.size(); ++i) {
-    const std::vector<PointConfig>& points = config.cables[i].points;
-    const Value cable = robot.at("actuators").at(i).at("cable");
-    if (points.size() < 2) cable.fail("at least two points, the attachment and a guide");
-    if (!points[0].on_body) cable.at(std::size_t{0}).fail("the attachment first, as in 'body 0 97 45 mm'");
-    for (std::size_t p = 1; p < points.size(); ++p) {
-      const double distance = (points[p].at - points[p - 1].at).norm();
-      if (distance < kApart) cable.at(p).fail("a point apart from the one before it");
-    }
+constexpr double kApart = 1e-6;  // m; closer points give no direction
+
+void check_kind(const Value& actuator, const CableConfig& cable) {
+  const std::vector<PointConfig>& points = cable.points;
+  const Value place = actuator.at("cable");
+  if (points.size() < 2) place.fail("at least two points, the attachment and a guide");
+  if (!points[0].on_body) place.at(std::size_t{0}).fail("the attachment first, as in 'body 0 97 45 mm'");
+  for (std::size_t p = 1; p < points.size(); ++p) {
+    if ((points[p].at - points[p - 1].at).norm() < kApart)
+      place.at(p).fail("a point apart from the one before it");
+  }
+}
+
+void check_kind(const Value& actuator, const RodConfig& rod) {
+  const Value place = actuator.at("rod");
+  if (!rod.from.on_body && !rod.to.on_body) place.fail("an end on the body, as in 'body 0 97 45 mm'");
+  if ((rod.to.at - rod.from.at).norm() < kApart)
+    place.at(std::size_t{1}).fail("a point apart from the other end");
+}
+
+void check_kind(const Value&, const ForceConfig&) {}
+void check_kind(const Value&, const CavityConfig&) {}
+
+void check_actuators(const Value& robot, const Config& config) {
+  for (std::size_t i = 0; i < config.actuators.size(); ++i) {
+    const Value actuator = robot.at("actuators").at(i);
+    std::visit([&](const auto& kind) { check_kind(actuator, kind); }, config.actuators[i].kind);
   }
 }
 
 /// @return the node ids in use, the master's first
 std::vector<int> check_nodes(const Value& robot, const Config& config) {
   std::vector<int> nodes = {config.bus.master_node};
-  for (std::size_t i = 0; i < config.cables.size(); ++i) {
-    const int node = config.cables[i].drive.node;
+  for (std::size_t i = 0; i < config.actuators.size(); ++i) {
+    const int node = config.actuators[i].drive.node;
     const auto taken = std::ranges::find(nodes, node);
     if (taken != nodes.end()) {
       const auto owner = taken - nodes.begin() - 1;
@@ -135,7 +173,9 @@ std::string identifier_owner(int identifier, const std::vector<int>& nodes) {
 void check_rules(const Value& robot, const Config& config) {
   check_capacity(robot, config);
   check_names(robot);
-  check_cables(robot, config);
+  check_first_effector(robot, config);
+  check_material(robot, config);
+  check_actuators(robot, config);
   const std::vector<int> nodes = check_nodes(robot, config);
   check_bus(robot, config, nodes);
   check_motion(robot, config);

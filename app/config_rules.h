@@ -9,8 +9,8 @@
 namespace tendril::app {
 
 /// Checks what one key of a robot file demands of another, after each has been read by itself: capacities,
-/// names and CAN identifiers that are given once only, heartbeats, cables with a direction, a motion inside
-/// the workspace.
+/// names and CAN identifiers that are given once only, masses of parts, heartbeats, cables and rods with a
+/// direction, a motion inside the workspace.
 /// @param robot   the whole file, to say where a mistake is
 /// @param config  what was read from it
 /// @throws        ConfigError

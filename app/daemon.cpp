@@ -13,6 +13,7 @@
 
 #include "app/bus_check.h"
 #include "app/channels.h"
+#include "app/inverse_statics.h"
 #include "app/model_thread.h"
 #include "app/motion.h"
 #include "app/report_pictures.h"
@@ -52,8 +53,13 @@ struct StopAtExit {
 class Housekeeping {
  public:
   Housekeeping(const Config& config, const DaemonOptions& options, Channels& channels,
-               const ModelThread& model, RunRecorder* recorder)
-      : config_(config), options_(options), channels_(channels), model_(model), recorder_(recorder) {}
+               const ModelThread& model, rt::EffectorVector rest, RunRecorder* recorder)
+      : config_(config),
+        options_(options),
+        channels_(channels),
+        model_(model),
+        rest_(std::move(rest)),
+        recorder_(recorder) {}
 
   /// One round. What the control thread waits for comes first, what may take its time last.
   void tend() {
@@ -95,7 +101,7 @@ class Housekeeping {
     spdlog::info("phase: {}", rt::name(record.phase));
     if (record.phase == rt::Phase::kRunning) {
       running_since_ns_ = record.intended_ns;
-      if (config_.motion) motion_.emplace(config_, record);
+      if (config_.motion) motion_.emplace(config_, rest_, record);
       sd_notify(0, "READY=1");
     }
     if (record.phase == rt::Phase::kStopping) sd_notify(0, "STOPPING=1");
@@ -121,6 +127,7 @@ class Housekeeping {
   const DaemonOptions& options_;
   Channels& channels_;
   const ModelThread& model_;
+  rt::EffectorVector rest_;  // where effectors that do not move stay
   RunRecorder* recorder_;
   std::optional<Motion> motion_;
   rt::TraceRecord last_;
@@ -138,6 +145,7 @@ std::string stop_reason(const rt::Controller& controller, const hal::DriveMaster
 int run_daemon(const Config& config, const DaemonOptions& options) {
   check_bus(config);
   const auto robot = build_model(config);
+  const rt::EffectorVector rest = rest_of_effectors(*robot);
   const bool memory_locked = lock_memory(options.allow_non_rt);
 
   const auto channels = std::make_unique<Channels>();
@@ -148,14 +156,14 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   rt::Controller controller(controller_config(config));
 
   const auto bus = hal::open_bus(options.bus.empty() ? config.bus.name : options.bus, hal::BusRole::kJoin);
-  spdlog::info("{}: {} on {}", config.robot,
-               config.cables.size() == 1 ? "one cable" : fmt::format("{} cables", config.cables.size()),
+  const size_t m = config.actuators.size();
+  spdlog::info("{}: {} on {}", config.robot, m == 1 ? "one actuator" : fmt::format("{} actuators", m),
                bus->describe());
   rt::ControlLoop loop(*bus, master, controller, channels->snapshots, channels->targets, channels->feedback,
                        channels->requests);
-  ModelThread model(*robot, config.control, *channels);
+  ModelThread model(*robot, config, *channels);
   {
-    Housekeeping housekeeping(config, options, *channels, model, recorder ? &*recorder : nullptr);
+    Housekeeping housekeeping(config, options, *channels, model, rest, recorder ? &*recorder : nullptr);
     rt::RealtimeThread control({"control", config.control.priority, config.control.cpu},
                                options.allow_non_rt ? rt::RtRights::kIgnore : rt::RtRights::kRequire, [&] {
                                  rt::PeriodicClock clock(config.control.rate_hz);

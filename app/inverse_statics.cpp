@@ -10,14 +10,15 @@ namespace {
 
 constexpr int kRefreshes = 200;
 constexpr double kSettled = 1e-8;  // m, of any node from one refresh to the next
-constexpr double kEffort = 1e-6;   // of the efforts, relative to 1 N and the largest
+constexpr double kEffort = 1e-6;   // of the efforts, of the range of each
 
 }  // namespace
 
-StaticReach reach(const Robot& robot, const rt::ControllerConfig& limits, double epsilon,
-                  const rt::EffectorVector& goal) {
+StaticReach reach(const Robot& robot, const Config& config, const rt::EffectorVector& goal) {
   StaticReach result;
-  ModelRefresher model(robot, epsilon);
+  const rt::ControllerConfig limits = controller_config(config);
+  const rt::ActuatorVector small = kEffort * (limits.a_max - limits.a_min);
+  ModelRefresher model(robot, config);
   const auto snapshot = std::make_unique<rt::Snapshot>();
   qp::Solver solver;
   rt::Feedback feedback;
@@ -35,16 +36,24 @@ StaticReach reach(const Robot& robot, const rt::ControllerConfig& limits, double
 
     const qp::Bounds bounds{limits.a_min, limits.a_max, limits.l_min - snapshot->delta_a_free,
                             limits.l_max - snapshot->delta_a_free};
-    const rt::ActuatorVector g = snapshot->W_ea.transpose() * (snapshot->p_e_free - goal);
+    const rt::ActuatorVector g = snapshot->D_W_ea.transpose() * (snapshot->p_e_free - goal);
     const qp::Solution& solution =
         solver.solve(snapshot->problem, g, bounds, feedback.lambda, limits.iteration_cap);
     if (solution.status != qp::Status::kOptimal && solution.status != qp::Status::kSoftened) return result;
-    const double change = (solution.x - feedback.lambda).cwiseAbs().maxCoeff();
-    result.converged = result.converged && change <= kEffort * (1 + solution.x.cwiseAbs().maxCoeff());
+    result.converged =
+        result.converged && ((solution.x - feedback.lambda).array().abs() <= small.array()).all();
     feedback.lambda = solution.x;
     feedback.efforts_known = true;
   }
   return result;
+}
+
+rt::EffectorVector rest_of_effectors(const Robot& robot) {
+  fem::Equilibrium body(robot.model,
+                        robot.constraints);  // stays in the shape of the mesh if it cannot settle
+  (void)body.settle_at_lengths(Eigen::VectorXd::Zero(robot.constraints.actuators()), fem::Sign::kPullOnly,
+                               kSettled);
+  return robot.constraints.effector_position(body.x());
 }
 
 }  // namespace tendril::app

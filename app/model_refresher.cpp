@@ -1,23 +1,49 @@
 #include "app/model_refresher.h"
 
+#include <cmath>
+
 namespace tendril::app {
 namespace {
 
 constexpr double kSettled = 1e-9;  // m
-// A cable whose length has changed by more than this before the start has been moved.
-constexpr double kMoved = 1e-4;  // m
+// An actuator that stands further than this from where it stood before the start has been moved.
+constexpr double kMoved = 1e-3;  // s at its top rate
 
 /// ‖M‖∞, the largest absolute row sum.
-double infinity_norm(const Eigen::MatrixXd& M) { return M.cwiseAbs().rowwise().sum().maxCoeff(); }
+double infinity_norm(const qp::Matrix& M) { return M.cwiseAbs().rowwise().sum().maxCoeff(); }
 
 }  // namespace
 
-ModelRefresher::ModelRefresher(const Robot& robot, double epsilon)
-    : epsilon_(epsilon),
+double error_per_joule(const qp::Matrix& H, const qp::Matrix& W_aa, const Eigen::ArrayX<bool>& pressure) {
+  rt::ActuatorVector scale(W_aa.rows());
+  for (const bool unit : {false, true}) {
+    double softest = 0;
+    for (Eigen::Index a = 0; a < scale.size(); ++a)
+      if (pressure[a] == unit) softest = std::max(softest, W_aa(a, a));
+    for (Eigen::Index a = 0; a < scale.size(); ++a)
+      if (pressure[a] == unit) scale[a] = 1 / std::sqrt(softest);
+  }
+  const qp::Matrix scaled_H = scale.asDiagonal() * H * scale.asDiagonal();
+  const qp::Matrix scaled_W = scale.asDiagonal() * W_aa * scale.asDiagonal();
+  return infinity_norm(scaled_H) / infinity_norm(scaled_W);
+}
+
+ModelRefresher::ModelRefresher(const Robot& robot, const Config& config)
+    : epsilon_(config.control.epsilon),
+      weights_(robot.constraints.effector_coordinates()),
+      moved_(robot.constraints.actuators()),
+      pressure_(robot.constraints.actuators()),
       equilibrium_(robot.model, robot.constraints),
       lambda_(Eigen::VectorXd::Zero(robot.constraints.actuators())),
       last_good_x_(robot.model.rest()),
-      settled_at_(Eigen::VectorXd::Zero(robot.constraints.actuators())) {}
+      settled_at_(Eigen::VectorXd::Zero(robot.constraints.actuators())) {
+  const auto rows = effector_rows(config);
+  for (size_t r = 0; r < rows.size(); ++r) weights_[static_cast<Eigen::Index>(r)] = rows[r].weight;
+  for (Eigen::Index a = 0; a < moved_.size(); ++a) {
+    moved_[a] = kMoved * config.actuators[a].top_rate;
+    pressure_[a] = config.actuators[a].is_cavity();
+  }
+}
 
 bool ModelRefresher::settle(const Eigen::VectorXd& delta_a) {
   const fem::Settled settled = equilibrium_.settle_at_lengths(delta_a, fem::Sign::kPullOnly, kSettled);
@@ -29,7 +55,7 @@ bool ModelRefresher::settle(const Eigen::VectorXd& delta_a) {
 }
 
 bool ModelRefresher::refresh(const rt::Feedback& feedback, std::int64_t now_ns, rt::Snapshot& snapshot) {
-  // Until the controller asks for efforts, cables may still be moved by hand.
+  // Until the controller asks for efforts, actuators may still be moved by hand.
   if (!feedback.efforts_known && feedback.displacements_known && !near_settled(feedback.delta_a) &&
       !settle(feedback.delta_a))
     return false;
@@ -52,15 +78,17 @@ bool ModelRefresher::refresh(const rt::Feedback& feedback, std::int64_t now_ns, 
 }
 
 bool ModelRefresher::near_settled(const Eigen::VectorXd& delta_a) const {
-  return (delta_a - settled_at_).cwiseAbs().maxCoeff() < kMoved;
+  return ((delta_a - settled_at_).array().abs() < moved_.array()).all();
 }
 
 bool ModelRefresher::fill(const fem::Compliance& compliance, const Eigen::VectorXd& lambda,
                           std::int64_t now_ns, rt::Snapshot& snapshot) {
-  Eigen::MatrixXd H = compliance.W_ea.transpose() * compliance.W_ea;
-  H += epsilon_ * (infinity_norm(H) / infinity_norm(compliance.W_aa)) * compliance.W_aa;
+  const rt::CouplingMatrix weighed = weights_.asDiagonal() * compliance.W_ea;
+  qp::Matrix H = weighed.transpose() * weighed;
+  H += epsilon_ * error_per_joule(H, compliance.W_aa, pressure_) * compliance.W_aa;
   snapshot.stamp_ns = now_ns;
-  snapshot.W_ea = snapshot.D_W_ea = compliance.W_ea;
+  snapshot.W_ea = compliance.W_ea;
+  snapshot.D_W_ea = weights_.asDiagonal() * weighed;
   snapshot.W_aa = compliance.W_aa;
   snapshot.delta_a_free = compliance.delta_a_free;
   snapshot.p_e_free = compliance.p_e_free;

@@ -17,10 +17,10 @@ constexpr std::uint64_t kHopeless = 100;
 
 }  // namespace
 
-ModelThread::ModelThread(const Robot& robot, const ControlConfig& control, Channels& channels)
-    : refresher_(robot, control.epsilon),
+ModelThread::ModelThread(const Robot& robot, const Config& config, Channels& channels)
+    : refresher_(robot, config),
       channels_(channels),
-      rate_limit_hz_(control.model_rate_limit_hz),
+      rate_limit_hz_(config.control.model_rate_limit_hz),
       thread_([this] { run(); }) {
   pthread_setname_np(thread_.native_handle(), "model");
 }
@@ -32,7 +32,7 @@ void ModelThread::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-/// Waits for the drives' lengths and brings the body to rest there.
+/// Waits for the drives' displacements and brings the body to rest there.
 bool ModelThread::settle() {
   while (!quit_) {
     const rt::Feedback& feedback = channels_.feedback.latest();

@@ -8,12 +8,12 @@
 
 namespace tendril::app {
 
-/// The model thread: once the drives have told their lengths, brings the body to rest there, then refreshes
-/// and publishes snapshots as fast as it can, or as the configuration allows.
+/// The model thread: once the drives have told their displacements, brings the body to rest there, then
+/// refreshes and publishes snapshots as fast as it can, or as the configuration allows.
 class ModelThread {
  public:
   /// Starts the thread. Keeps references to robot and channels.
-  ModelThread(const Robot& robot, const ControlConfig& control, Channels& channels);
+  ModelThread(const Robot& robot, const Config& config, Channels& channels);
   /// Ends and joins it.
   ~ModelThread();
   ModelThread(const ModelThread&) = delete;

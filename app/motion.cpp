@@ -7,25 +7,28 @@
 namespace tendril::app {
 
 rt::EffectorVector goal_at(const Config& config, const Eigen::Vector3d& waypoint,
-                           const rt::EffectorVector& others) {
+                           const rt::EffectorVector& rest) {
   const auto rows = effector_rows(config);
-  rt::EffectorVector goal = others;
+  rt::EffectorVector goal = rest;
   for (size_t r = 0; r < rows.size(); ++r)
-    if (rows[r].effector == 0) goal[r] = config.motion->origin[rows[r].axis] + waypoint[rows[r].axis];
+    if (rows[r].effector == config.motion->effector)
+      goal[r] = config.motion->origin[rows[r].axis] + waypoint[rows[r].axis];
   return goal;
 }
 
-Motion::Motion(const Config& config, const rt::TraceRecord& cycle)
-    : Motion(config,
-             Eigen::Map<const Eigen::VectorXd>(cycle.p_e.data(),
-                                               static_cast<Eigen::Index>(effector_rows(config).size())),
+Motion::Motion(const Config& config, const rt::EffectorVector& rest, const rt::TraceRecord& cycle)
+    : Motion(config, rest, Eigen::Map<const Eigen::VectorXd>(cycle.p_e.data(), rest.size()),
              cycle.intended_ns) {}
 
-Motion::Motion(const Config& config, const rt::EffectorVector& start, std::int64_t start_ns)
+Motion::Motion(const Config& config, const rt::EffectorVector& rest, const rt::EffectorVector& start,
+               std::int64_t start_ns)
     : speed_(config.motion->speed), closed_(config.motion->closed), start_ns_(start_ns) {
+  const auto rows = effector_rows(config);
+  positions_.resize(rest.size());
+  for (size_t r = 0; r < rows.size(); ++r) positions_[r] = rows[r].is_position() ? 1 : 0;
   std::vector<rt::EffectorVector> waypoints;
   for (const Eigen::Vector3d& waypoint : config.motion->waypoints)
-    waypoints.push_back(goal_at(config, waypoint, start));
+    waypoints.push_back(goal_at(config, waypoint, rest));
   approach_ = leg(start, waypoints.front());
   path_start_ns_ = start_ns_ + approach_.duration_ns;
   for (size_t k = 1; k < waypoints.size(); ++k) path_.push_back(leg(waypoints[k - 1], waypoints[k]));
@@ -34,7 +37,7 @@ Motion::Motion(const Config& config, const rt::EffectorVector& start, std::int64
 }
 
 Motion::Leg Motion::leg(const rt::EffectorVector& from, const rt::EffectorVector& to) const {
-  return {from, to, std::llround(1e9 * (to - from).norm() / speed_)};
+  return {from, to, std::llround(1e9 * (to - from).cwiseProduct(positions_).norm() / speed_)};
 }
 
 rt::Target Motion::at(std::int64_t now_ns) const {

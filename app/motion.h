@@ -9,23 +9,26 @@
 
 namespace tendril::app {
 
-/// The goal that a waypoint stands for: the first effector's controlled coordinates are the waypoint's, all
-/// others stay.
-/// @param others  all controlled coordinates, e, m
+/// The goal that a waypoint stands for: the controlled coordinates of the effector that moves are the
+/// waypoint's, all others are at rest.
+/// @param rest  all controlled coordinates, e, m or m³
 rt::EffectorVector goal_at(const Config& config, const Eigen::Vector3d& waypoint,
-                           const rt::EffectorVector& others);
+                           const rt::EffectorVector& rest);
 
 /// The path of the effectors in time: a straight approach from where they are to the first waypoint, then
 /// from waypoint to waypoint at constant speed; a closed path goes round for ever, an open one ends at its
-/// last waypoint. The waypoints are the first effector's; the coordinates of others stay where they are.
+/// last waypoint. The waypoints are one effector's; the coordinates of the others go to rest on the approach
+/// and stay there.
 class Motion {
  public:
-  /// @param start     all controlled coordinates, e, m
+  /// @param rest      where the coordinates of the other effectors stay, e, m or m³
+  /// @param start     all controlled coordinates, e, m or m³
   /// @param start_ns  when the approach begins
-  Motion(const Config& config, const rt::EffectorVector& start, std::int64_t start_ns);
+  Motion(const Config& config, const rt::EffectorVector& rest, const rt::EffectorVector& start,
+         std::int64_t start_ns);
 
   /// The path that begins where the model puts the effectors in a cycle, at its instant.
-  Motion(const Config& config, const rt::TraceRecord& cycle);
+  Motion(const Config& config, const rt::EffectorVector& rest, const rt::TraceRecord& cycle);
 
   /// The straight piece of the path at an instant, stamped with it.
   rt::Target at(std::int64_t now_ns) const;
@@ -41,7 +44,8 @@ class Motion {
 
   Leg leg(const rt::EffectorVector& from, const rt::EffectorVector& to) const;
 
-  double speed_;  // m/s
+  double speed_;                  // m/s
+  rt::EffectorVector positions_;  // 1 for coordinates that are positions, 0 for volumes
   bool closed_;
   Leg approach_;
   std::vector<Leg> path_;

@@ -11,21 +11,21 @@ namespace tendril::app {
 namespace {
 
 constexpr double kSettled = 1e-9;  // m
-// A winch that keeps up with its cable's top speed has some in hand to catch up with.
+// A drive that keeps up with its actuator's top rate has some in hand to catch up with.
 constexpr double kSpareSpeed = 1.25;
 constexpr int kFramesPerCall = 1024;
 
 }  // namespace
 
-PlantDrives::PlantDrives(const Config& config, const PlantLengths& start)
+PlantDrives::PlantDrives(const Config& config, const PlantDisplacements& start)
     : tracker_id_(static_cast<std::uint32_t>(config.bus.tracker_id)),
       tracker_period_ns_(std::llround(1e9 / config.plant->tracker_rate_hz)) {
   const hal::MasterConfig master = master_config(config);
-  for (size_t a = 0; a < config.cables.size(); ++a) {
+  for (size_t a = 0; a < config.actuators.size(); ++a) {
     const hal::AxisScale& scale = master.axes[a].scale;
     hal::DriveSpec spec;
     spec.node = master.axes[a].node;
-    spec.top_speed = kSpareSpeed * config.cables[a].top_speed / std::abs(scale.displacement_per_count());
+    spec.top_speed = kSpareSpeed * config.actuators[a].top_rate / std::abs(scale.displacement_per_count());
     spec.position_counts = start.delta_a[a] / scale.displacement_per_count();
     drives_.emplace_back(spec);
     scales_.push_back(scale);
@@ -53,14 +53,14 @@ void PlantDrives::show(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) 
   shown_ns_ = tip.stamp_ns;
 }
 
-PlantLengths PlantDrives::lengths() const noexcept {
-  PlantLengths lengths;
+PlantDisplacements PlantDrives::displacements() const noexcept {
+  PlantDisplacements displacements;
   for (size_t a = 0; a < drives_.size(); ++a)
-    lengths.delta_a[a] = scales_[a].to_displacement(drives_[a].position_counts());
-  return lengths;
+    displacements.delta_a[a] = scales_[a].to_displacement(drives_[a].position_counts());
+  return displacements;
 }
 
-PlantBody::PlantBody(const Config& config, const PlantLengths& start)
+PlantBody::PlantBody(const Config& config, const PlantDisplacements& start)
     : robot_(build_plant(config)),
       dynamics_(robot_->model, robot_->constraints,
                 fem::Damping{config.plant->damping_mass, config.plant->damping_stiffness}),
@@ -69,14 +69,14 @@ PlantBody::PlantBody(const Config& config, const PlantLengths& start)
   const fem::Settled settled = rest.settle_at_lengths(vector(start), fem::Sign::kPullOnly, kSettled);
   if (!settled.converged)
     throw ConfigError(
-        fmt::format("{}: plant: the simulated robot finds no rest with its cables as they are; "
+        fmt::format("{}: plant: the simulated robot finds no rest with its drives as they stand; "
                     "is it too soft for its weight?",
                     config.file.string()));
   dynamics_.reset(rest.x());
 }
 
-Eigen::VectorXd PlantBody::vector(const PlantLengths& lengths) const {
-  return Eigen::Map<const Eigen::VectorXd>(lengths.delta_a.data(), robot_->constraints.actuators());
+Eigen::VectorXd PlantBody::vector(const PlantDisplacements& displacements) const {
+  return Eigen::Map<const Eigen::VectorXd>(displacements.delta_a.data(), robot_->constraints.actuators());
 }
 
 }  // namespace tendril::app

@@ -12,8 +12,8 @@
 
 namespace tendril::app {
 
-/// Where the winches of the simulated robot stand: shortenings, m.
-struct PlantLengths {
+/// Where the drives of the simulated robot stand: displacements of its actuators, m or m³.
+struct PlantDisplacements {
   std::array<double, kMaxActuators> delta_a{};
 };
 
@@ -23,18 +23,19 @@ struct PlantTip {
   std::int64_t stamp_ns = 0;                           ///< 0: not known yet
 };
 
-/// The electrical half of the simulated robot: one drive a cable and the camera that sees the tip, on a bus.
+/// The electrical half of the simulated robot: one drive an actuator and the camera that sees the tip, on a
+/// bus.
 class PlantDrives {
  public:
-  /// @param start  where the winches stand at power-on
-  explicit PlantDrives(const Config& config, const PlantLengths& start = {});
+  /// @param start  where the drives stand at power-on
+  explicit PlantDrives(const Config& config, const PlantDisplacements& start = {});
 
   /// Answers all that has arrived, lets time pass, and shows the tip at the tracker's rate.
   /// Real-time: bounded by the frames that have arrived; allocates nothing.
   void serve(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept;
 
-  /// Where the winches stand now.
-  PlantLengths lengths() const noexcept;
+  /// Where the drives stand now.
+  PlantDisplacements displacements() const noexcept;
 
   hal::Cia402Drive& drive(int axis) { return drives_[axis]; }
 
@@ -49,18 +50,19 @@ class PlantDrives {
   hal::FrameBatch answers_;
 };
 
-/// The mechanical half of the simulated robot: the body in motion, pulled by cables of the winches' lengths.
+/// The mechanical half of the simulated robot: the body in motion, its actuators at the drives'
+/// displacements.
 class PlantBody {
  public:
-  /// Builds the body and lets it come to rest with cables of the given lengths.
+  /// Builds the body and lets it come to rest with its actuators at the given displacements.
   /// @throws ConfigError, also where it finds no rest
-  explicit PlantBody(const Config& config, const PlantLengths& start = {});
+  explicit PlantBody(const Config& config, const PlantDisplacements& start = {});
 
-  /// Lets time pass in one step, at whose end the cables have the given lengths.
+  /// Lets time pass in one step, at whose end the actuators are at the given displacements.
   /// @param seconds  usually time_step_ns(), longer where real time demands it
   /// @return  false where the body could not be advanced
-  [[nodiscard]] bool step(const PlantLengths& lengths, double seconds) {
-    return dynamics_.step(vector(lengths), seconds);
+  [[nodiscard]] bool step(const PlantDisplacements& displacements, double seconds) {
+    return dynamics_.step(vector(displacements), seconds);
   }
 
   Eigen::Vector3d tip() const { return robot_->tip(dynamics_.x()); }
@@ -68,7 +70,7 @@ class PlantBody {
   std::int64_t time_step_ns() const { return time_step_ns_; }
 
  private:
-  Eigen::VectorXd vector(const PlantLengths& lengths) const;
+  Eigen::VectorXd vector(const PlantDisplacements& displacements) const;
 
   std::unique_ptr<Robot> robot_;
   fem::Dynamics dynamics_;

@@ -1,105 +1,58 @@
 #include "app/robot.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <cmath>
-#include <numbers>
+#include <limits>
 
-#include "fem/mesh_reader.h"
+#include "app/body.h"
 
 namespace tendril::app {
 namespace {
 
-[[noreturn]] void refuse(const Config& config, int line, const std::string& what) {
-  throw ConfigError(fmt::format("{}:{}: {}", config.file.string(), line, what));
-}
+/// What attaches the parts of one actuator or effector to a body.
+struct Attacher {
+  const fem::Model& model;
+  const Config& config;
+  std::string key;  // for messages
 
-fem::Mesh load_mesh(const Config& config) {
-  const auto refuse_mesh = [&](const std::string& what) {
-    throw ConfigError(fmt::format("{}: mesh: {}", config.file.string(), what));
-  };
-  fem::Mesh mesh;
-  try {
-    mesh = fem::read_mesh(config.mesh.file, config.mesh.unit);
-  } catch (const fem::MeshError& error) {  // names the mesh file itself
-    refuse_mesh(error.what());
+  fem::Attachment at(const PointConfig& point) const { return attach(model, config, point, key); }
+  fem::CablePoint end(const PointConfig& point) const {
+    return point.on_body ? fem::CablePoint(at(point)) : fem::CablePoint(point.at);
   }
-  mesh.nodes = (config.mesh.rotation * mesh.nodes).colwise() + config.mesh.translation;
-  try {
-    fem::check(mesh);
-  } catch (const fem::MeshError& error) {
-    refuse_mesh(fmt::format("{}: {}", config.mesh.file.string(), error.what()));
+  std::vector<fem::Face> cavity(const RegionConfig& region) const {
+    return wall(model, config, region, key + ".cavity");
   }
-  return mesh;
-}
 
-std::vector<int> fixed_nodes(const Config& config, const fem::Mesh& mesh) {
-  const FixedConfig& fixed = config.fixed;
-  if (fixed.region.empty()) {
-    auto nodes = fem::nodes_in(mesh, fem::Box{fixed.box_min, fixed.box_max});
-    if (nodes.empty()) refuse(config, fixed.line, "fixed.box: found no node of the mesh inside");
-    return nodes;
-  }
-  const auto region = mesh.regions.find(fixed.region);
-  if (region != mesh.regions.end()) return region->second;
-  std::vector<std::string> names;
-  for (const auto& entry : mesh.regions) names.push_back(entry.first);
-  refuse(config, fixed.line,
-         fmt::format("fixed: found '{}', expected a region of {}: {}", fixed.region,
-                     config.mesh.file.filename().string(),
-                     names.empty() ? "it has none; use a box" : fmt::format("{}", fmt::join(names, ", "))));
-}
-
-fem::Model build_body(const Config& config, const fem::Material& material, const fem::Mass& mass) {
-  const fem::Mesh mesh = load_mesh(config);
-  const auto fixed = fixed_nodes(config, mesh);
-  try {
-    return {mesh, material, mass, fixed, config.gravity};
-  } catch (const std::exception& error) {
-    throw ConfigError(fmt::format("{}:{}: fixed: {}", config.file.string(), config.fixed.line, error.what()));
-  }
-}
-
-fem::Attachment attach(const fem::Model& model, const Config& config, const PointConfig& point,
-                       const std::string& key) {
-  try {
-    return fem::attach(model.mesh(), point.at, config.snap);
-  } catch (const fem::MeshError& error) {
-    refuse(config, point.line,
-           fmt::format("{}: {}; move it there or allow more with 'snap'", key, error.what()));
-  }
-}
-
-std::vector<fem::Actuator> attach_cables(const fem::Model& model, const Config& config) {
-  std::vector<fem::Actuator> result;
-  for (const CableConfig& cable : config.cables) {
+  fem::Actuator operator()(const CableConfig& cable) const {
     fem::Cable attached;
-    for (const PointConfig& point : cable.points)
-      if (point.on_body)
-        attached.points.emplace_back(attach(model, config, point, fmt::format("cable '{}'", cable.name)));
-      else
-        attached.points.emplace_back(point.at);
-    result.push_back(attached);
+    for (const PointConfig& point : cable.points) attached.points.push_back(end(point));
+    return attached;
   }
-  return result;
-}
+  fem::Actuator operator()(const RodConfig& rod) const { return fem::Rod{end(rod.from), end(rod.to)}; }
+  fem::Actuator operator()(const ForceConfig& force) const {
+    return fem::Force{at(force.at), force.direction};
+  }
+  fem::Actuator operator()(const CavityConfig& filled) const { return fem::Pressure{cavity(filled.region)}; }
 
-std::vector<fem::Effector> attach_effectors(const fem::Model& model, const Config& config) {
-  std::vector<fem::Effector> result;
+  fem::Effector operator()(const EffectorConfig& effector) const {
+    if (effector.cavity) return fem::VolumeEffector{cavity(*effector.cavity)};
+    fem::PointEffector attached{{}, effector.controlled};
+    for (const PointConfig& point : effector.points) attached.points.push_back(at(point));
+    return attached;
+  }
+};
+
+std::unique_ptr<Robot> build(const Config& config, fem::Model body) {
+  std::vector<fem::Actuator> actuators;
+  for (const ActuatorConfig& actuator : config.actuators)
+    actuators.push_back(
+        std::visit(Attacher{body, config, fmt::format("actuator '{}'", actuator.name)}, actuator.kind));
+  std::vector<fem::Effector> effectors;
   for (const EffectorConfig& effector : config.effectors)
-    result.push_back(fem::PointEffector{
-        {attach(model, config, effector.point, fmt::format("effector '{}'", effector.name))},
-        effector.controlled});
-  return result;
-}
-
-std::unique_ptr<Robot> build(const Config& config, const fem::Material& material, const fem::Mass& mass) {
-  fem::Model body = build_body(config, material, mass);
-  const auto cables = attach_cables(body, config);
-  const auto effectors = attach_effectors(body, config);
+    effectors.push_back(Attacher{body, config, fmt::format("effector '{}'", effector.name)}(effector));
   try {
-    return std::make_unique<Robot>(std::move(body), cables, effectors);
+    return std::make_unique<Robot>(std::move(body), actuators, effectors);
   } catch (const std::invalid_argument& error) {
     throw ConfigError(fmt::format("{}: {}", config.file.string(), error.what()));
   }
@@ -112,12 +65,17 @@ std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
 Robot::Robot(fem::Model body, const std::vector<fem::Actuator>& actuators,
              const std::vector<fem::Effector>& effectors)
     : model(std::move(body)),
-      tip_attachment(std::get<fem::PointEffector>(effectors.at(0)).points.at(0)),
+      tip_points(std::get<fem::PointEffector>(effectors.at(0)).points),
       constraints(model, actuators, effectors) {}
 
+Eigen::Vector3d Robot::tip(const Eigen::VectorXd& x) const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const fem::Attachment& point : tip_points) sum += model.position(x, point);
+  return sum / static_cast<double>(tip_points.size());
+}
+
 std::unique_ptr<Robot> build_model(const Config& config) {
-  const MaterialConfig& m = config.material;
-  return build(config, {m.young_modulus, m.poisson_ratio}, {m.mass, m.mass_per_node});
+  return build(config, build_body(config, model_substance(config), config.loads));
 }
 
 std::unique_ptr<Robot> build_plant(const Config& config) {
@@ -125,36 +83,43 @@ std::unique_ptr<Robot> build_plant(const Config& config) {
     throw ConfigError(
         fmt::format("{}: plant: the section is missing; it says what the simulated robot is made of",
                     config.file.string()));
-  const PlantConfig& p = *config.plant;
-  return build(config, {p.young_modulus, p.poisson_ratio}, {p.mass, config.material.mass_per_node});
+  std::vector<LoadConfig> loads = config.loads;
+  loads.insert(loads.end(), config.plant->loads.begin(), config.plant->loads.end());
+  return build(config, build_body(config, plant_substance(config), loads));
 }
 
 std::vector<EffectorRow> effector_rows(const Config& config) {
   std::vector<EffectorRow> rows;
-  for (int effector = 0; effector < static_cast<int>(config.effectors.size()); ++effector)
+  for (int k = 0; k < static_cast<int>(config.effectors.size()); ++k) {
+    const EffectorConfig& effector = config.effectors[k];
+    auto weight = effector.weights.begin();
+    if (effector.cavity) rows.push_back({k, EffectorRow::kVolume, *weight});
     for (int axis = 0; axis < 3; ++axis)
-      if (config.effectors[effector].controlled[axis]) rows.push_back({effector, axis});
+      if (!effector.cavity && effector.controlled[axis]) rows.push_back({k, axis, *weight++});
+  }
   return rows;
 }
 
 rt::ControllerConfig controller_config(const Config& config) {
-  const auto m = static_cast<Eigen::Index>(config.cables.size());
+  const auto m = static_cast<Eigen::Index>(config.actuators.size());
   const auto rows = effector_rows(config);
   rt::ControllerConfig result;
   result.actuators = static_cast<int>(m);
   result.effector_coordinates = static_cast<int>(rows.size());
   for (auto* v : {&result.a_min, &result.a_max, &result.l_min, &result.l_max, &result.v_max}) v->resize(m);
   for (Eigen::Index a = 0; a < m; ++a) {
-    const CableConfig& cable = config.cables[a];
-    result.a_min[a] = cable.tension_min;
-    result.a_max[a] = cable.tension_max;
-    result.l_min[a] = cable.stroke_min;
-    result.l_max[a] = cable.stroke_max;
-    result.v_max[a] = cable.top_speed;
+    const ActuatorConfig& actuator = config.actuators[a];
+    result.a_min[a] = actuator.effort_min;
+    result.a_max[a] = actuator.effort_max;
+    result.l_min[a] = actuator.displacement_min;
+    result.l_max[a] = actuator.displacement_max;
+    result.v_max[a] = actuator.top_rate;
   }
-  result.workspace_min.resize(rows.size());
-  result.workspace_max.resize(rows.size());
-  for (size_t r = 0; r < rows.size(); ++r) {
+  const auto e = static_cast<Eigen::Index>(rows.size());
+  result.workspace_min.setZero(e);  // of volumes
+  result.workspace_max.setConstant(e, std::numeric_limits<double>::infinity());
+  for (Eigen::Index r = 0; r < e; ++r) {
+    if (!rows[r].is_position()) continue;
     result.workspace_min[r] = config.control.workspace_min[rows[r].axis];
     result.workspace_max[r] = config.control.workspace_max[rows[r].axis];
   }
@@ -169,12 +134,12 @@ rt::ControllerConfig controller_config(const Config& config) {
 
 hal::MasterConfig master_config(const Config& config) {
   hal::MasterConfig result;
-  for (const CableConfig& cable : config.cables) {
+  for (const ActuatorConfig& actuator : config.actuators) {
+    const DriveConfig& drive = actuator.drive;
     hal::AxisConfig axis;
-    axis.name = cable.name;
-    axis.node = cable.drive.node;
-    axis.scale = {cable.drive.counts_per_turn, 2 * std::numbers::pi * cable.drive.pulley_radius,
-                  cable.drive.reversed};
+    axis.name = actuator.name;
+    axis.node = drive.node;
+    axis.scale = {drive.counts_per_turn, drive.displacement_per_turn, drive.reversed};
     result.axes.push_back(axis);
   }
   result.period_ns = nanoseconds(1 / config.control.rate_hz);

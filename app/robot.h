@@ -13,26 +13,26 @@ namespace tendril::app {
 /// A body with its actuators and effectors, built from a configuration. Stays where it was built: its
 /// constraints refer to its model.
 struct Robot {
-  /// @param effectors  at least one; attached, like the cables, to the body
+  /// @param effectors  at least one, the first of points; attached, like the actuators, to the body
   Robot(fem::Model body, const std::vector<fem::Actuator>& actuators,
         const std::vector<fem::Effector>& effectors);
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
 
   /// Position of the first effector, the one that the tracker follows, m.
-  Eigen::Vector3d tip(const Eigen::VectorXd& x) const { return model.position(x, tip_attachment); }
+  Eigen::Vector3d tip(const Eigen::VectorXd& x) const;
 
   fem::Model model;
-  fem::Attachment tip_attachment;
+  std::vector<fem::Attachment> tip_points;
   fem::Constraints constraints;
 };
 
 /// The body as the controller takes it to be.
-/// @throws ConfigError where mesh, fixed nodes or points do not fit together; it names the line
+/// @throws ConfigError where mesh, regions or points do not fit together; it names the line
 /// Real-time: no.
 std::unique_ptr<Robot> build_model(const Config& config);
 
-/// The body as the simulated robot has it: the same shape, a material and mass of its own.
+/// The body as the simulated robot has it: the same shape, of materials, a mass and loads of its own.
 /// @throws ConfigError as build_model(), and where the file has no section `plant`
 std::unique_ptr<Robot> build_plant(const Config& config);
 
@@ -45,7 +45,11 @@ hal::MasterConfig master_config(const Config& config);
 /// Controlled coordinates of all effectors, in the order of the rows of W_ea.
 struct EffectorRow {
   int effector;
-  int axis;  ///< 0 x, 1 y, 2 z
+  int axis;       ///< 0 x, 1 y, 2 z; kVolume: the volume of a cavity
+  double weight;  ///< of its error, 1 or 1/m²
+
+  static constexpr int kVolume = 3;
+  bool is_position() const { return axis != kVolume; }
 };
 std::vector<EffectorRow> effector_rows(const Config& config);
 

@@ -68,8 +68,9 @@ RunRecorder::RunRecorder(const Config& config, const std::filesystem::path& dire
 
   csv_ << "t_s,phase,target_x_m,target_y_m,target_z_m,model_x_m,model_y_m,model_z_m,"
           "measured_x_m,measured_y_m,measured_z_m,measured_t_s";
-  for (const CableConfig& cable : config.cables)
-    csv_ << fmt::format(",command_{0}_m,length_{0}_m,effort_{0}_N", cable.name);
+  for (const ActuatorConfig& actuator : config.actuators)
+    csv_ << fmt::format(",command_{0}_{1},displacement_{0}_{1},effort_{0}_{2}", actuator.name,
+                        actuator.is_cavity() ? "m3" : "m", actuator.is_cavity() ? "Pa" : "N");
   csv_ << ",qp_status,qp_iterations,snapshot_age_s,wakeup_us,cycle_us\n";
 }
 
@@ -108,8 +109,11 @@ void RunRecorder::write_row(const rt::TraceRecord& record, const Motion* motion,
                        record.tracker[2], seconds(record.tracker_stamp_ns));
   else
     row += ",,,,";
-  for (size_t a = 0; a < config_.cables.size(); ++a)
-    row += fmt::format(",{:.7f},{:.7f},{:.5f}", record.command[a], record.measured[a], record.lambda[a]);
+  for (size_t a = 0; a < config_.actuators.size(); ++a) {
+    const bool cavity = config_.actuators[a].is_cavity();  // to 0.1 µm and 1 mm³, to 10 µN and 0.1 Pa
+    row += fmt::format(",{0:.{3}f},{1:.{3}f},{2:.{4}f}", record.command[a], record.measured[a],
+                       record.lambda[a], cavity ? 11 : 7, cavity ? 2 : 5);
+  }
   row +=
       fmt::format(",{},{},{:.6f},{:.2f},{:.2f}\n", record.qp_solved ? qp::name(record.qp_status) : "",
                   record.qp_iterations, 1e-9 * static_cast<double>(record.snapshot_age_ns),
@@ -147,7 +151,7 @@ void RunRecorder::finish(const RunFacts& facts, const rt::LoopCounts& counts) {
   summary["configuration"] = config_.file.string();
   summary["nodes"] = facts.nodes;
   summary["tetrahedra"] = facts.tetrahedra;
-  summary["actuators"] = config_.cables.size();
+  summary["actuators"] = config_.actuators.size();
   summary["effector_dofs"] = effector_coordinates_;
   summary["bus"] = facts.bus;
   summary["control_rate_hz"] = config_.control.rate_hz;

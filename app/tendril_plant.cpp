@@ -27,13 +27,13 @@ constexpr double kLongestStep_s = 0.1;
 /// Moves the body in step with the clock until told to quit. Where a step takes longer than the time it
 /// stands for, the next one covers all that has passed: the body becomes coarser in time, but never slower.
 /// @return  share of the grid's deadlines that were passed over; nothing where the body could not be advanced
-std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantLengths>& lengths,
+std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplacements>& displacements,
                                rt::TripleBuffer<PlantTip>& tips, const std::atomic<bool>& quit) {
   rt::PeriodicClock clock(1e9 / static_cast<double>(body.time_step_ns()));
   std::int64_t then_ns = rt::now_ns(), steps = 0, missed = 0;
   while (!quit) {
     const std::int64_t now_ns = clock.wait();
-    if (!body.step(lengths.latest(),
+    if (!body.step(displacements.latest(),
                    std::min(kLongestStep_s, 1e-9 * static_cast<double>(now_ns - then_ns)))) {
       spdlog::error("the simulated body could not be advanced: a smaller plant.time_step may help");
       return std::nullopt;
@@ -47,14 +47,14 @@ std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantLengths>& 
   return static_cast<double>(missed) / static_cast<double>(std::max<std::int64_t>(1, steps + missed));
 }
 
-void run_bus(hal::Bus& bus, PlantDrives& drives, rt::TripleBuffer<PlantLengths>& lengths,
+void run_bus(hal::Bus& bus, PlantDrives& drives, rt::TripleBuffer<PlantDisplacements>& displacements,
              rt::TripleBuffer<PlantTip>& tips, const std::atomic<bool>& quit) noexcept {
   pollfd readable{bus.descriptor(), POLLIN, 0};
   while (!quit) {
     poll(&readable, 1, kPollTimeout_ms);
     drives.serve(bus, tips.latest(), rt::now_ns());
-    lengths.back() = drives.lengths();
-    lengths.publish();
+    displacements.back() = drives.displacements();
+    displacements.publish();
   }
 }
 
@@ -63,20 +63,20 @@ int run_plant(const std::string& file, const std::string& bus_name) {
   PlantBody body(config);
   PlantDrives drives(config);
   const auto bus = hal::open_bus(bus_name.empty() ? config.bus.name : bus_name, hal::BusRole::kHost);
-  rt::TripleBuffer<PlantLengths> lengths;
+  rt::TripleBuffer<PlantDisplacements> displacements;
   rt::TripleBuffer<PlantTip> tips;
   std::atomic<bool> quit{false};
-  lengths.back() = drives.lengths();
-  lengths.publish();
+  displacements.back() = drives.displacements();
+  displacements.publish();
   tips.back() = {body.tip(), rt::now_ns()};
   tips.publish();
 
   rt::RealtimeThread bus_thread({"bus", kBusPriority}, rt::RtRights::kIgnore,
-                                [&] { run_bus(*bus, drives, lengths, tips, quit); });
+                                [&] { run_bus(*bus, drives, displacements, tips, quit); });
   std::optional<double> behind;
   std::atomic<bool> body_ended{false};
   std::thread body_thread([&] {
-    behind = run_body(body, lengths, tips, quit);
+    behind = run_body(body, displacements, tips, quit);
     body_ended = true;
   });
   spdlog::info("{}: simulated robot of {} nodes on {}", config.robot, body.robot().model.mesh().node_count(),

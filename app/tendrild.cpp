@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
       "tendrild controls a soft robot in real time: a background thread keeps a finite-element model of the "
       "body up to "
       "date, a control thread solves the inverse problem on the newest snapshot at every period and sends "
-      "cable lengths "
+      "displacements "
       "to servo drives over CAN. Ends on SIGTERM with the drives disabled.\n\n"
       "Exit codes: 0 ended as asked; 1 ended on a fault, or a check failed; 2 wrong usage or robot file; 3 "
       "the machine "

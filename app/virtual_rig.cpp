@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "app/inverse_statics.h"
 #include "rt/heap_guard.h"
 
 namespace tendril::app {
@@ -28,10 +29,11 @@ VirtualRig::VirtualRig(const Config& config, const VirtualSettings& settings)
       controller_(controller_config(config)),
       loop_(controller_bus_, master_, controller_, channels_->snapshots, channels_->targets,
             channels_->feedback, channels_->requests),
-      refresher_(*robot_, config.control.epsilon),
+      refresher_(*robot_, config),
       body_(config, settings.start),
       drives_(config, settings.start),
-      control_grid_(config.control.rate_hz, kStart_ns) {
+      control_grid_(config.control.rate_hz, kStart_ns),
+      rest_(rest_of_effectors(*robot_)) {
   tips_.push_back({body_.tip(), kStart_ns});
   events_ = {{&VirtualRig::move_body, body_.time_step_ns(), kStart_ns + body_.time_step_ns()},
              {&VirtualRig::serve_drives, settings.drive_period_ns, kStart_ns},
@@ -61,7 +63,7 @@ void VirtualRig::step() {
 }
 
 void VirtualRig::move_body() {
-  if (!body_.step(drives_.lengths(), config_.plant->time_step))
+  if (!body_.step(drives_.displacements(), config_.plant->time_step))
     throw std::runtime_error("the simulated body could not be advanced: a smaller plant.time_step may help");
   tips_.push_back({body_.tip(), now_ns_});
 }
@@ -94,7 +96,8 @@ void VirtualRig::control() {
   const rt::TraceRecord& record = loop_.cycle(now_ns_, now_ns_, 0);
   heap_calls_ += heap.calls();
   trace_.push_back(record);
-  if (!motion_ && config_.motion && record.phase == rt::Phase::kRunning) motion_.emplace(config_, record);
+  if (!motion_ && config_.motion && record.phase == rt::Phase::kRunning)
+    motion_.emplace(config_, rest_, record);
 }
 
 }  // namespace tendril::app

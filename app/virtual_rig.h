@@ -20,7 +20,7 @@ struct VirtualSettings {
   std::int64_t bus_delay_ns = 300'000;     ///< of every frame
   std::int64_t drive_period_ns = 250'000;  ///< how often the simulated drives look at the bus
   std::int64_t target_period_ns = 5'000'000;
-  PlantLengths start{};  ///< where the winches stand at power-on
+  PlantDisplacements start{};  ///< where the drives stand at power-on
 };
 
 /// The whole of Tendril in one thread under a clock of its own: the control loop, the model, the drives and
@@ -48,7 +48,7 @@ class VirtualRig {
   const std::optional<Motion>& motion() const { return motion_; }  ///< once the controller runs
   const rt::Controller& controller() const { return controller_; }
   const hal::Cia402Master& master() const { return master_; }
-  PlantLengths winches() const { return drives_.lengths(); }
+  PlantDisplacements displacements() const { return drives_.displacements(); }
 
   /// Heap calls made by the control loop's cycles so far; always 0 where they cannot be counted.
   std::int64_t heap_calls() const { return heap_calls_; }
@@ -95,6 +95,7 @@ class VirtualRig {
   std::vector<Event> events_;  // a tie is served in this order
   std::vector<rt::TraceRecord> trace_;
   std::vector<PlantTip> tips_;
+  rt::EffectorVector rest_;  // where effectors that do not move stay
   std::optional<Motion> motion_;
   bool model_settled_ = false, snapshot_ready_ = false;
   bool model_stalled_ = false, targets_stalled_ = false, control_stalled_ = false;

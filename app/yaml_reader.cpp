@@ -195,6 +195,23 @@ bool Reader::ask(std::string_view key, bool required) {
   return given_.contains(std::string(key));
 }
 
+std::string_view Reader::one_of(std::initializer_list<std::string_view> keys) {
+  std::string_view found;
+  std::string list;
+  for (const std::string_view key : keys) {
+    list += (list.empty() ? "" : ", ") + std::string(key);
+    if (!ask(key, false)) continue;
+    if (!found.empty())
+      section_.fail_with(fmt::format("found keys '{}' and '{}', expected one of them", found, key));
+    found = key;
+  }
+  if (!found.empty()) return found;
+  // What follows depends on the kind, so that a misspelt one must be told here.
+  for (const auto& [key, line] : given_)
+    if (!asked_.contains(key) && nearest_asked(key)) fail_unknown(key, line);
+  section_.fail_with("missing a key, expected one of: " + list);
+}
+
 void Reader::finish() const {
   for (const auto& [key, line] : given_) {
     if (!asked_.contains(key)) fail_unknown(key, line);
@@ -204,12 +221,16 @@ void Reader::finish() const {
   }
 }
 
-void Reader::fail_unknown(const std::string& key, int line) const {
+const std::string* Reader::nearest_asked(const std::string& key) const {
   const auto distance = [&](const auto& asked) { return edit_distance(key, asked.first); };
   const auto nearest = std::ranges::min_element(asked_, {}, distance);
+  return distance(*nearest) <= 1 + key.size() / 3 ? &nearest->first : nullptr;
+}
+
+void Reader::fail_unknown(const std::string& key, int line) const {
   std::string advice = "known keys:";
-  if (distance(*nearest) <= 1 + key.size() / 3) {
-    advice = fmt::format("did you mean '{}'?", nearest->first);
+  if (const std::string* nearest = nearest_asked(key)) {
+    advice = fmt::format("did you mean '{}'?", *nearest);
   } else {
     for (const auto& [known, required] : asked_) advice += fmt::format(" {}", known);
   }

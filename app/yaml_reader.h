@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <concepts>
 #include <filesystem>
+#include <initializer_list>
 #include <limits>
 #include <map>
 #include <optional>
@@ -83,6 +84,7 @@ class Value {
   /// The text of a scalar, not empty.
   [[nodiscard]] std::string text(std::string_view expected) const;
   [[nodiscard]] bool is_mapping() const { return node_.IsMap(); }
+  [[nodiscard]] bool is_list() const { return node_.IsSequence(); }
   /// The entries of a list, at least one.
   [[nodiscard]] std::vector<Value> items() const;
   /// An entry of a mapping; where there is no such key, an empty value on the mapping's line.
@@ -128,6 +130,8 @@ class Reader {
   void may(std::string_view key, Args&&... args) {
     if (ask(key, false)) section_.at(key).read(std::forward<Args>(args)...);
   }
+  /// Which of several keys it has, where a section must have exactly one of them; read that with may().
+  std::string_view one_of(std::initializer_list<std::string_view> keys);
   /// @throws ConfigError on a key that nobody asked for, with the nearest one that somebody did; then on one
   /// missing
   void finish() const;
@@ -136,6 +140,7 @@ class Reader {
 
  private:
   bool ask(std::string_view key, bool required);
+  [[nodiscard]] const std::string* nearest_asked(const std::string& key) const;
   [[noreturn]] void fail_unknown(const std::string& key, int line) const;
 
   Value section_;

@@ -7,6 +7,63 @@
 
 using namespace tendril::app;
 
+TEST_CASE("An actuator, an effector and a region are of one kind each", "[unit]") {
+  check_mistakes({
+      {"cable: [body 0 97 45 mm, guide 0 10 30 mm]",
+       "push: 0 97 45 mm\n    cable: [body 0 97 45 mm, guide 0 10 30 mm]",
+       "- name: north",
+       {"actuators[0]: found keys 'cable' and 'push', expected one of them"}},
+      {"cable: [body 0 97 45 mm, guide 0 10 30 mm]",
+       "cabel: [body 0 97 45 mm, guide 0 10 30 mm]",
+       "cabel",
+       {"actuators[0]: unknown key 'cabel'; did you mean 'cable'?"}},
+      {"    cable: [body 0 97 45 mm, guide 0 10 30 mm]\n",
+       "",
+       "- name: north",
+       {"actuators[0]: missing a key, expected one of: cable, rod, push, cavity"}},
+      {"point: 0 0 125 mm",
+       "points: [0 0 125 mm]\n    cavity: chamber",
+       "- name: tip",
+       {"effectors[0]: found keys 'points' and 'cavity'"}},
+      {"{box: [-15 -15 -40 mm, 15 15 10 mm]}",
+       "{sphere: 0 0 1 mm}",
+       nullptr,
+       {"fixed.sphere: found '0 0 1 mm'", "the radius above 0", "four lengths"}},
+      {"{box: [-15 -15 -40 mm, 15 15 10 mm]}", "{sphere: 0 0 1 0 mm}", nullptr, {"fixed.sphere"}},
+  });
+}
+
+TEST_CASE("Weights are numbers, one for all controlled coordinates or one for each", "[unit]") {
+  check_mistakes({
+      {"coordinates: xyz",
+       "coordinates: xz\n    weight: [1, 2, 3]",
+       "weight",
+       {"effectors[0].weight: found a list of 3", "one for each of the 2 controlled coordinates"}},
+      {"coordinates: xyz",
+       "coordinates: xyz\n    weight: -1",
+       "weight",
+       {"effectors[0].weight", "no less than 0"}},
+      {"coordinates: xyz",
+       "coordinates: xyz\n    weight: [1, one, 1]",
+       "weight",
+       {"effectors[0].weight[1]: found 'one', expected a number"}},
+  });
+}
+
+TEST_CASE("The effector of a motion is one of points that the file has", "[unit]") {
+  check_mistakes({
+      {"  speed: 25 mm/s",
+       "  speed: 25 mm/s\n  effector: knee",
+       "effector: knee",
+       {"motion.effector: found 'knee', expected the name of an effector"}},
+  });
+  std::string yaml = kGood;
+  yaml.replace(yaml.find("actuators:"), 0, "  - {name: air, cavity: chamber}\n");
+  yaml.replace(yaml.find("  speed: 25"), 0, "  effector: air\n");
+  CHECK_THAT(error_of(RobotFile(yaml).path()),
+             Catch::Contains("motion.effector: found 'air', expected an effector of points"));
+}
+
 TEST_CASE("The file that the mistakes are made in is good", "[unit]") {
   const RobotFile file(kGood);
   CHECK(error_of(file.path()) == "no error");
@@ -158,7 +215,10 @@ TEST_CASE("A missing key is reported on the line of its section", "[unit]") {
       {"node: 2, ", "", "drive: {counts_per_turn: 65537", {"actuators[1].drive: missing key 'node'"}},
       {"    top_speed: 110 mm/s\n", "", "- name: south", {"actuators[1]: missing key 'top_speed'"}},
       {"  speed: 25 mm/s\n", "", "motion:", {"motion: missing key 'speed'"}},
-      {"fixed: {box: [-15 -15 -40 mm, 15 15 10 mm]}", "fixed: {}", nullptr, {"fixed: missing key 'box'"}},
+      {"fixed: {box: [-15 -15 -40 mm, 15 15 10 mm]}",
+       "fixed: {}",
+       nullptr,
+       {"fixed: missing a key, expected one of: box, sphere"}},
   });
 }
 

@@ -53,7 +53,45 @@ TEST_CASE("What one key demands of another is checked", "[unit]") {
        nullptr,
        {"motion.waypoints[1]: found '-10 10 26 mm'", "control.workspace", "at -0.01 0.01 0.151 m"}},
       {"- -10 10 0 mm", "- -40.1 10 0 mm", nullptr, {"motion.waypoints[1]"}},
+      {"point: 0 0 125 mm\n    coordinates: xyz",
+       "cavity: chamber",
+       nullptr,
+       {"effectors[0].cavity: found 'chamber'", "a point or points first", "tracker"}},
+      {"coordinates: xyz",
+       "coordinates: xyz\n    weight: [0, 0, 0]",
+       "effectors:",
+       {"effectors: found a list of 1", "a coordinate with a weight above 0"}},
+      {"  mass: 0.5 kg",
+       "  mass: 0.5 kg\n  regions:\n    - {where: a, young_modulus: 1 MPa, poisson_ratio: 0, mass: 300 g}\n"
+       "    - {where: b, young_modulus: 1 MPa, poisson_ratio: 0, mass: 201 g}",
+       "201 g",
+       {"material.regions[1].mass: found '201 g'", "no heavier than the whole", "0.501 kg of 0.5 kg"}},
   });
+}
+
+const std::string kRodDrive = "drive: {node: 1, counts_per_turn: 65536, lead: 2 mm}";
+
+/// What is said of a rod with these ends in the place of the first cable.
+std::string error_of_rod(const std::string& ends) {
+  std::string yaml = kGood;
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    yaml.replace(yaml.find(from), from.size(), to);
+  };
+  replace("cable: [body 0 97 45 mm, guide 0 10 30 mm]", "rod: " + ends);
+  replace("tension: 0 8 N", "force: -8 8 N");
+  replace("drive: {node: 1, counts_per_turn: 65536, pulley_radius: 10 mm}", kRodDrive);
+  return error_of(RobotFile(yaml).path());
+}
+
+TEST_CASE("A rod has two ends apart, one of them on the body, either way round", "[unit]") {
+  CHECK(error_of_rod("[guide 0 0 0 mm, body 0 97 45 mm]") == "no error");
+  CHECK(error_of_rod("[body 0 97 45 mm, guide 0 0 0 mm]") == "no error");
+  CHECK(error_of_rod("[body 0 97 45 mm, body 0 -97 45 mm]") == "no error");
+  CHECK_THAT(error_of_rod("[guide 0 0 0 mm, guide 0 97 45 mm]"),
+             Catch::Contains(":19: actuators[0].rod: found a list of 2, expected an end on the body"));
+  CHECK_THAT(error_of_rod("[guide 0 97 45 mm, body 0 9.7 4.5 cm]"),
+             Catch::Contains(":19: actuators[0].rod[1]") && Catch::Contains("apart from the other end"));
+  CHECK_THAT(error_of_rod("[body 0 97 45 mm]"), Catch::Contains("actuators[0].rod: found a list of 1"));
 }
 
 TEST_CASE("Redundant actuators need the energy term, as many as coordinates do not", "[unit]") {
@@ -66,6 +104,7 @@ TEST_CASE("Redundant actuators need the energy term, as many as coordinates do n
   CHECK(with("xyz", "0") == "no error");
   CHECK(with("xz", "0.0") == "no error");
   CHECK(with("z", "1e-12") == "no error");
+  CHECK_THAT(with("xz\n    weight: [1, 0]", "0"), Catch::Contains("2 actuators for 1 effector coordinates"));
   CHECK_THAT(with("z", "0"), Catch::Contains(":32: control.epsilon: found '0', expected a number above 0"));
   CHECK_THAT(with("z", "0"), Catch::Contains("2 actuators for 1 effector coordinates are redundant"));
 }

@@ -1,6 +1,7 @@
 #include "app/config.h"
 
 #include <catch2/catch.hpp>
+#include <numbers>
 #include <sstream>
 
 #include "robot_file.h"
@@ -53,42 +54,45 @@ TEST_CASE("The shipped diamond loads with its exact values in SI", "[unit]") {
   CHECK(c.mesh.unit == 0.001);
   CHECK(c.mesh.rotation == Eigen::Matrix3d::Identity());
   CHECK(c.mesh.translation == Vector3d::Zero());
-  CHECK(c.material.young_modulus == 150000);
-  CHECK(c.material.poisson_ratio == 0.45);
+  CHECK(c.material.material.young_modulus == 150000);
+  CHECK(c.material.material.poisson_ratio == 0.45);
   CHECK(c.material.mass == 0.5);
   CHECK_FALSE(c.material.mass_per_node);
   CHECK(c.gravity == Vector3d(0, 0, -9.81));
-  CHECK(c.fixed.region == "base");
+  CHECK(std::get<std::string>(c.fixed.where) == "base");
   CHECK(c.snap == 0);
 
   REQUIRE(c.effectors.size() == 1);
   CHECK(c.effectors[0].name == "tip");
-  CHECK(c.effectors[0].point.at == Vector3d(0, 0, 0.125));
-  CHECK(c.effectors[0].point.on_body);
+  REQUIRE(c.effectors[0].points.size() == 1);
+  CHECK(c.effectors[0].points[0].at == Vector3d(0, 0, 0.125));
+  CHECK(c.effectors[0].points[0].on_body);
+  CHECK(c.effectors[0].weights == std::vector<double>{1, 1, 1});
   CHECK(c.effectors[0].controlled == std::array{true, true, true});
 
-  REQUIRE(c.cables.size() == 4);
+  REQUIRE(c.actuators.size() == 4);
   const char* const names[] = {"north", "west", "south", "east"};
   const Vector3d knees[] = {{0, 0.097, 0.045}, {-0.097, 0, 0.045}, {0, -0.097, 0.045}, {0.097, 0, 0.045}};
   const Vector3d guides[] = {{0, 0.01, 0.03}, {-0.01, 0, 0.03}, {0, -0.01, 0.03}, {0.01, 0, 0.03}};
   for (std::size_t i = 0; i < 4; ++i) {
-    const CableConfig& cable = c.cables[i];
-    INFO(cable.name);
-    CHECK(cable.name == names[i]);
-    REQUIRE(cable.points.size() == 2);
-    CHECK(cable.points[0].on_body);
-    CHECK(cable.points[0].at == knees[i]);
-    CHECK_FALSE(cable.points[1].on_body);
-    CHECK(cable.points[1].at == guides[i]);
-    CHECK(cable.tension_min == 0);
-    CHECK(cable.tension_max == 8);
-    CHECK(cable.stroke_min == -0.025);
-    CHECK(cable.stroke_max == 0.035);
-    CHECK(cable.top_speed == 0.1);
-    CHECK(cable.drive.node == int(i) + 1);
-    CHECK(cable.drive.counts_per_turn == 65536);
-    CHECK(cable.drive.pulley_radius == 0.01);
-    CHECK_FALSE(cable.drive.reversed);
+    const ActuatorConfig& actuator = c.actuators[i];
+    INFO(actuator.name);
+    CHECK(actuator.name == names[i]);
+    const auto& points = std::get<CableConfig>(actuator.kind).points;
+    REQUIRE(points.size() == 2);
+    CHECK(points[0].on_body);
+    CHECK(points[0].at == knees[i]);
+    CHECK_FALSE(points[1].on_body);
+    CHECK(points[1].at == guides[i]);
+    CHECK(actuator.effort_min == 0);
+    CHECK(actuator.effort_max == 8);
+    CHECK(actuator.displacement_min == -0.025);
+    CHECK(actuator.displacement_max == 0.035);
+    CHECK(actuator.top_rate == 0.1);
+    CHECK(actuator.drive.node == int(i) + 1);
+    CHECK(actuator.drive.counts_per_turn == 65536);
+    CHECK(actuator.drive.displacement_per_turn == Approx(2 * std::numbers::pi * 0.01));
+    CHECK_FALSE(actuator.drive.reversed);
   }
 
   CHECK(c.control.rate_hz == 600);
@@ -148,15 +152,51 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(c.mesh.translation == Vector3d(0, 0, 0.035));
   CHECK(c.material.mass == 0.5);
   CHECK(c.material.mass_per_node);
-  CHECK(c.fixed.region.empty());
-  CHECK(c.fixed.box_min == Vector3d(-0.015, -0.015, -0.04));
-  CHECK(c.fixed.box_max == Vector3d(0.015, 0.015, 0.01));
+  const auto& sphere = std::get<tendril::fem::Sphere>(std::get<tendril::fem::Space>(c.fixed.where));
+  CHECK(sphere.centre == Vector3d(-0.015, 0, 0.01));
+  CHECK(sphere.radius == 0.04);
+  CHECK(c.material.material.law == tendril::fem::Law::kNeoHookean);
+  CHECK(c.material.material.dilatation == tendril::fem::Dilatation::kPatch);
+  REQUIRE(c.material.regions.size() == 1);
+  CHECK(std::get<std::string>(c.material.regions[0].where.where) == "sole");
+  CHECK(c.material.regions[0].material.young_modulus == 1e6);
+  CHECK(c.material.regions[0].material.law == tendril::fem::Law::kCorotational);
+  CHECK(c.material.regions[0].material.dilatation == tendril::fem::Dilatation::kElement);
+  CHECK(*c.material.regions[0].mass == 0.02);
+  REQUIRE(c.loads.size() == 1);
+  CHECK(c.loads[0].at.at == Vector3d(0, 0, 0.1));
+  CHECK(c.loads[0].force == Vector3d(0, 0, -0.5));
   CHECK(c.snap == 0.003);
   CHECK(c.effectors[0].controlled == std::array{true, false, true});
-  REQUIRE(c.cables[0].points.size() == 3);
-  CHECK(c.cables[0].points[1].on_body);
-  CHECK(c.cables[0].points[1].at == Vector3d(-0.05, 0, 0.04));
-  CHECK(c.cables[0].drive.reversed);
+  CHECK(c.effectors[0].weights == std::vector<double>{1, 0.5});
+  REQUIRE(c.effectors[1].points.size() == 2);
+  CHECK(c.effectors[1].weights == std::vector<double>{2, 2, 2});
+  CHECK(std::get<std::string>(c.effectors[2].cavity->where) == "chamber");
+  CHECK(c.effectors[2].weights == std::vector<double>{500});
+
+  REQUIRE(c.actuators.size() == 4);
+  const auto& cable = std::get<CableConfig>(c.actuators[0].kind);
+  REQUIRE(cable.points.size() == 3);
+  CHECK(cable.points[1].on_body);
+  CHECK(cable.points[1].at == Vector3d(-0.05, 0, 0.04));
+  CHECK(c.actuators[0].drive.reversed);
+  const auto& rod = std::get<RodConfig>(c.actuators[1].kind);
+  CHECK_FALSE(rod.from.on_body);
+  CHECK(rod.to.on_body);
+  CHECK(rod.to.at == Vector3d(0.02, 0, 0.02));
+  CHECK(c.actuators[1].effort_min == -20);
+  CHECK(c.actuators[1].drive.displacement_per_turn == 0.002);
+  const auto& push = std::get<ForceConfig>(c.actuators[2].kind);
+  CHECK(push.at.at == Vector3d(0, 0.03, 0.05));
+  CHECK(push.direction.isApprox(Vector3d(0, 0.6, 0.8)));
+  const ActuatorConfig& air = c.actuators[3];
+  CHECK(std::get<std::string>(std::get<CavityConfig>(air.kind).region.where) == "chamber");
+  CHECK(air.effort_min == -10e3);
+  CHECK(air.effort_max == 40e3);
+  CHECK(air.displacement_min == -2e-6);
+  CHECK(air.displacement_max == 15e-6);
+  CHECK(air.top_rate == 5e-6);
+  CHECK(air.drive.displacement_per_turn == Approx(0.8e-6));
   CHECK(c.control.rate_hz == 1000);
   CHECK(c.control.epsilon == 1e-4);
   CHECK(c.control.iteration_cap == 50);
@@ -173,6 +213,9 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(c.bus.heartbeat == 0.1);
   CHECK(c.bus.heartbeat_timeout == 0.25);
   CHECK_FALSE(c.motion->closed);
+  CHECK(c.motion->effector == 1);
+  REQUIRE(c.plant->loads.size() == 1);
+  CHECK(c.plant->loads[0].force == Vector3d(0.2, 0, 0));
   CHECK(c.plant->damping_stiffness == 0.02);
   CHECK(c.plant->time_step == 0.005);
   CHECK(c.plant->tracker_rate_hz == 50);
@@ -220,9 +263,10 @@ bus: {name: can0, master_node: 1}
   CHECK(c.bus.tracker_id == 0);
   CHECK_FALSE(c.motion);
   CHECK_FALSE(c.plant);
-  CHECK(c.effectors[0].point.line == 6);
-  CHECK(c.cables[0].points[1].line == 9);
-  CHECK(c.cables[0].drive.line == 13);
+  CHECK(c.mesh.line == 3);
+  CHECK(c.effectors[0].points[0].line == 6);
+  CHECK(std::get<CableConfig>(c.actuators[0].kind).points[1].line == 9);
+  CHECK(c.actuators[0].drive.line == 13);
   CHECK(c.fixed.line == 5);
   CHECK(c.bus.line == 14);
 }

@@ -11,7 +11,6 @@
 namespace tendril::app {
 namespace {
 
-constexpr double kEpsilon = 1e-3;
 constexpr double kClose_m = 1e-8;
 
 struct Finger {
@@ -27,7 +26,7 @@ struct Finger {
 
   Config config;
   std::unique_ptr<Robot> robot = build_model(config);
-  ModelRefresher model{*robot, kEpsilon};
+  ModelRefresher model{*robot, config};
   std::unique_ptr<rt::Snapshot> snapshot = std::make_unique<rt::Snapshot>();
   rt::Feedback nothing;  // the controller has told no efforts yet
 };

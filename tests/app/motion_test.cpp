@@ -17,7 +17,8 @@ constexpr double kRounding = 1e-10;           // m: durations are whole nanoseco
 /// A tip in all three coordinates and a second effector in one, before a triangle of 30, 40 and 50 mm.
 Config triangle(bool closed) {
   Config config;
-  config.effectors = {{"tip", {}, {true, true, true}}, {"knee", {}, {false, true, false}}};
+  config.effectors = {{"tip", {}, {true, true, true}, {}, {1, 1, 1}},
+                      {"knee", {}, {false, true, false}, {}, {1}}};
   config.motion = MotionConfig{{0, 0, 0.1}, {{0, 0, 0}, {0.03, 0, 0}, {0.03, 0.04, 0}}, kSpeed, closed};
   return config;
 }
@@ -35,7 +36,7 @@ double distance(const EffectorVector& a, const EffectorVector& b) { return (a - 
 
 TEST_CASE("The approach leads from where the effectors are to the first waypoint at the path's speed",
           "[unit]") {
-  const Motion motion(triangle(true), kRest, kStart_ns);
+  const Motion motion(triangle(true), kRest, kRest, kStart_ns);
   CHECK(motion.path_start_ns() == kStart_ns + kApproach_ns);
   CHECK(distance(motion.at(kStart_ns).position, kRest) < kRounding);
   const EffectorVector half = vector({0, 0.003, 0.104, -0.05});
@@ -45,7 +46,7 @@ TEST_CASE("The approach leads from where the effectors are to the first waypoint
 
 TEST_CASE("A path passes its waypoints at the instants that its speed gives", "[unit]") {
   const bool closed = GENERATE(true, false);
-  const Motion motion(triangle(closed), kRest, kStart_ns);
+  const Motion motion(triangle(closed), kRest, kRest, kStart_ns);
   const auto at_s = [&](double seconds) {
     return motion.at(motion.path_start_ns() + std::llround(1e9 * seconds)).position;
   };
@@ -56,7 +57,7 @@ TEST_CASE("A path passes its waypoints at the instants that its speed gives", "[
 
 TEST_CASE("A path moves at constant speed without a jump, also over corners and from round to round",
           "[unit]") {
-  const Motion motion(triangle(true), kRest, kStart_ns);
+  const Motion motion(triangle(true), kRest, kRest, kStart_ns);
   const double stride = kSpeed * 1e-9 * static_cast<double>(kStep_ns);
   double longest = 0, slowest = kSpeed, fastest = kSpeed;
   for (std::int64_t t = kStart_ns; t < kStart_ns + 14 * kSecond_ns; t += kStep_ns) {
@@ -71,7 +72,7 @@ TEST_CASE("A path moves at constant speed without a jump, also over corners and 
 }
 
 TEST_CASE("A closed path goes round for ever", "[unit]") {
-  const Motion motion(triangle(true), kRest, kStart_ns);
+  const Motion motion(triangle(true), kRest, kRest, kStart_ns);
   constexpr std::int64_t kRound_ns = 6 * kSecond_ns;
   for (const double share : {0.0, 0.1, 0.4, 0.7, 0.99}) {
     const std::int64_t t = motion.path_start_ns() + std::llround(share * static_cast<double>(kRound_ns));
@@ -82,7 +83,7 @@ TEST_CASE("A closed path goes round for ever", "[unit]") {
 }
 
 TEST_CASE("An open path ends at its last waypoint and stays", "[unit]") {
-  const Motion motion(triangle(false), kRest, kStart_ns);
+  const Motion motion(triangle(false), kRest, kRest, kStart_ns);
   const EffectorVector end = vector({0.03, 0.04, 0.1, -0.05});
   for (const std::int64_t later_ns : {std::int64_t{0}, kSecond_ns, 1000 * kSecond_ns}) {
     const rt::Target target = motion.at(motion.path_start_ns() + 3'500'000'000 + later_ns);
@@ -94,7 +95,7 @@ TEST_CASE("An open path ends at its last waypoint and stays", "[unit]") {
 TEST_CASE("A path of one waypoint ends there, open or closed", "[unit]") {
   Config config = triangle(GENERATE(true, false));
   config.motion->waypoints.resize(1);
-  const Motion motion(config, kRest, kStart_ns);
+  const Motion motion(config, kRest, kRest, kStart_ns);
   for (const std::int64_t later_ns : {std::int64_t{0}, kStep_ns, 100 * kSecond_ns}) {
     const rt::Target target = motion.at(motion.path_start_ns() + later_ns);
     CHECK(distance(target.at(target.stamp_ns + kSecond_ns), vector({0, 0, 0.1, -0.05})) < kRounding);
@@ -104,7 +105,7 @@ TEST_CASE("A path of one waypoint ends there, open or closed", "[unit]") {
 TEST_CASE("A target runs on to the end of its leg and never past it, however late the next one comes",
           "[unit]") {
   const bool closed = GENERATE(true, false);
-  const Motion motion(triangle(closed), kRest, kStart_ns);
+  const Motion motion(triangle(closed), kRest, kRest, kStart_ns);
   for (std::int64_t t = kStart_ns; t < kStart_ns + 10 * kSecond_ns; t += 97 * kStep_ns) {
     const rt::Target target = motion.at(t);
     CAPTURE(closed, t - kStart_ns);
@@ -121,16 +122,46 @@ TEST_CASE("A target runs on to the end of its leg and never past it, however lat
   }
 }
 
-TEST_CASE("Coordinates of other effectors stay where they were", "[unit]") {
-  const Motion motion(triangle(true), kRest, kStart_ns);
-  for (std::int64_t t = kStart_ns; t < kStart_ns + 8 * kSecond_ns; t += 97 * kStep_ns)
-    CHECK(motion.at(t).position[3] == kRest[3]);
+TEST_CASE("Coordinates of other effectors go to rest on the approach and stay there", "[unit]") {
+  EffectorVector rest = kRest;
+  rest[3] = -0.05 + 0.008;
+  EffectorVector start = kRest;
+  start[1] = 0;
+  start[2] = 0.106;  // 6 mm from the first waypoint, and 8 mm aside with the other effector
+  const Motion motion(triangle(true), rest, start, kStart_ns);
+  CHECK(motion.path_start_ns() == kStart_ns + kApproach_ns);  // 10 mm in all
+  CHECK(motion.at(kStart_ns + kApproach_ns / 2).position[3] == Approx(-0.046));
+  for (std::int64_t t = motion.path_start_ns(); t < kStart_ns + 8 * kSecond_ns; t += 97 * kStep_ns)
+    CHECK(motion.at(t).position[3] == rest[3]);
+}
+
+TEST_CASE("The volume of a cavity goes to rest with the approach and does not count in its length",
+          "[unit]") {
+  Config config = triangle(true);
+  config.effectors[1] = {"air", {}, {}, RegionConfig{}, {1000}};
+  EffectorVector rest = kRest;
+  rest[3] = 20e-6;
+  EffectorVector start = kRest;
+  start[3] = 5.0;  // m³
+  const Motion motion(config, rest, start, kStart_ns);
+  CHECK(motion.path_start_ns() == kStart_ns + kApproach_ns);
+  CHECK(motion.at(motion.path_start_ns()).position[3] == 20e-6);
+}
+
+TEST_CASE("The effector that the motion names follows the waypoints, the first one rests", "[unit]") {
+  Config config = triangle(false);
+  config.effectors = {{"tip", {}, {true, false, false}, {}, {1}},
+                      {"knee", {}, {true, true, true}, {}, {1, 1, 1}}};
+  config.motion->effector = 1;
+  const Motion motion(config, kRest, kRest, kStart_ns);
+  const EffectorVector end = motion.at(kStart_ns + 100 * kSecond_ns).position;
+  CHECK(distance(end, vector({kRest[0], 0.03, 0.04, 0.1})) < kRounding);
 }
 
 TEST_CASE("Only the controlled coordinates of a waypoint count", "[unit]") {
   Config config = triangle(false);
-  config.effectors = {{"tip", {}, {true, false, true}}};
-  const Motion motion(config, vector({0, 0.1}), kStart_ns);
+  config.effectors = {{"tip", {}, {true, false, true}, {}, {1, 1}}};
+  const Motion motion(config, vector({0, 0.1}), vector({0, 0.1}), kStart_ns);
   CHECK(motion.path_start_ns() == kStart_ns);
   const EffectorVector end = motion.at(kStart_ns + 100 * kSecond_ns).position;
   CHECK(distance(end, vector({0.03, 0.1})) < kRounding);

@@ -55,7 +55,7 @@ void check_holds_at_first(const Trace& trace, const std::map<int, double>& lengt
       const std::string& cable = kCables[node - 1];
       CHECK(std::abs(trace.number(row, "command_" + cable + "_m") - lengths_m.at(node)) <
             kCount_m + kPrinted_m);
-      CHECK(std::abs(trace.number(row, "length_" + cable + "_m") - lengths_m.at(node)) <
+      CHECK(std::abs(trace.number(row, "displacement_" + cable + "_m") - lengths_m.at(node)) <
             kCount_m + kPrinted_m);
     }
   }
@@ -114,10 +114,10 @@ void check_trace(const Trace& trace, const nlohmann::json& summary) {
                                                   "measured_z_m",
                                                   "measured_t_s",
                                                   "command_right_m",
-                                                  "length_right_m",
+                                                  "displacement_right_m",
                                                   "effort_right_N",
                                                   "command_left_m",
-                                                  "length_left_m",
+                                                  "displacement_left_m",
                                                   "effort_left_N",
                                                   "qp_status",
                                                   "qp_iterations",

@@ -57,7 +57,9 @@ void check_mesh_refused(const std::string& tetrahedra, int count, const Fragment
          "$Elements\n1 "
       << n << " 1 " << n << "\n3 1 4 " << n << "\n"
       << tetrahedra << "$EndElements\n";
-  check_file_refused(file, fragments);
+  Fragments all = fragments;
+  all.push_back("robot.yaml:" + std::to_string(line_of("file: ")) + ": mesh.file: ");
+  check_file_refused(file, all);
 }
 
 TEST_CASE("A robot file that is not there is refused", "[scenario]") {
@@ -83,7 +85,7 @@ TEST_CASE("A robot that does not fit its mesh is refused with the line and the r
   check_mistake("fixed: base", "fixed: root",
                 {"fixed: found 'root'", "expected a region of finger.msh: base, body"});
   check_mistake("[body 5 0 -90 mm", "[body 5 0 -120 mm",
-                {"cable 'right'", "(5, 0, -120) mm lies 20 mm outside the mesh",
+                {"actuator 'right'", "(5, 0, -120) mm lies 20 mm outside the mesh",
                  "the nearest point of the body is (5, ", "'snap'"});
 }
 

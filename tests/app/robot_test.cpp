@@ -38,7 +38,7 @@ TEST_CASE("What does not fit the mesh is refused with file, line and culprit", "
                 {"fixed.box: found no node of the mesh inside"});
   check_refused("fixed: base", "fixed: {box: [-11 -8 -1 mm, -9 -7 1 mm]}", {"fixed: ", "three"});
   check_refused("guide 5 0 0 mm", "body 5 0 2 mm",
-                {"cable 'right'", "(5, 0, 2) mm lies 2 mm outside the mesh",
+                {"actuator 'right'", "(5, 0, 2) mm lies 2 mm outside the mesh",
                  "the nearest point of the body is (5, ", "'snap'"});
   check_refused("point: 0 0 -100 mm", "point: 0 0 -103 mm", {"effector 'tip'", "lies 3 mm outside the mesh"});
 }
@@ -54,9 +54,9 @@ TEST_CASE("The mesh's unit, rotation and translation place the body before anyth
   Config config = finger_config();
   config.mesh.rotation = Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()).toRotationMatrix();
   config.mesh.translation = {0, 0, 0.02};
-  config.effectors[0].point.at = {0, 0, 0.12};
-  for (CableConfig& cable : config.cables)
-    for (PointConfig& point : cable.points) point.at.z() = 0.02 - point.at.z();
+  config.effectors[0].points[0].at = {0, 0, 0.12};
+  for (ActuatorConfig& actuator : config.actuators)
+    for (PointConfig& point : std::get<CableConfig>(actuator.kind).points) point.at.z() = 0.02 - point.at.z();
   const auto robot = build_model(config);
   CHECK(robot->tip(robot->model.rest()).isApprox(Eigen::Vector3d(0, 0, 0.12), 1e-9));
 }
@@ -128,12 +128,20 @@ TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]"
 
 TEST_CASE("Effector rows are the controlled coordinates in the order of the effectors", "[unit]") {
   Config config;
-  config.effectors = {{"a", {}, {false, true, true}}, {"b", {}, {true, false, false}}};
+  config.effectors = {{"a", {}, {false, true, true}, {}, {1, 2}},
+                      {"air", {}, {}, RegionConfig{}, {1000}},
+                      {"b", {}, {true, false, false}, {}, {0.5}}};
   const auto rows = effector_rows(config);
-  REQUIRE(rows.size() == 3);
-  CHECK((rows[0].effector == 0 && rows[0].axis == 1));
-  CHECK((rows[1].effector == 0 && rows[1].axis == 2));
-  CHECK((rows[2].effector == 1 && rows[2].axis == 0));
+  REQUIRE(rows.size() == 4);
+  const int effectors[] = {0, 0, 1, 2}, axes[] = {1, 2, EffectorRow::kVolume, 0};
+  const double weights[] = {1, 2, 1000, 0.5};
+  for (size_t r = 0; r < rows.size(); ++r) {
+    CAPTURE(r);
+    CHECK(rows[r].effector == effectors[r]);
+    CHECK(rows[r].axis == axes[r]);
+    CHECK(rows[r].weight == weights[r]);
+    CHECK(rows[r].is_position() == (r != 2));
+  }
 }
 
 }  // namespace

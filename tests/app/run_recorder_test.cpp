@@ -16,9 +16,9 @@ constexpr double kSpeed = 0.01;  // m/s along x
 Config straight() {
   Config config;
   config.robot = "straight";
-  config.effectors = {{"tip", {}, {true, false, true}}};
-  config.cables.resize(1);
-  config.cables[0].name = "north";
+  config.effectors = {{"tip", {}, {true, false, true}, {}, {1, 1}}};
+  config.actuators.resize(1);
+  config.actuators[0].name = "north";
   config.motion = MotionConfig{{0, 0, 0}, {{0, 0, 0}, {1, 0, 0}}, kSpeed, false};
   return config;
 }
@@ -55,7 +55,7 @@ struct Recording {
   RobotFile folder{""};
   Config config = straight();
   RunRecorder recorder;
-  Motion motion{config, rt::EffectorVector::Zero(2), kStart_ns};
+  Motion motion{config, rt::EffectorVector::Zero(2), rt::EffectorVector::Zero(2), kStart_ns};
   std::unique_ptr<rt::LoopCounts> counts = std::make_unique<rt::LoopCounts>();
 };
 
@@ -150,7 +150,7 @@ TEST_CASE("What is not known in a cycle is an empty cell, what is known stands i
   for (const char* column : {"target_x_m", "target_y_m", "target_z_m", "model_x_m", "model_z_m", "qp_status"})
     CHECK(trace.cell(0, column).empty());
   CHECK(trace.cell(0, "phase") == "connect");
-  CHECK(trace.number(0, "length_north_m") == 0.0015);
+  CHECK(trace.number(0, "displacement_north_m") == 0.0015);
   CHECK(trace.number(1, "t_s") == 0.1);
   CHECK(trace.cell(1, "phase") == "run");
   CHECK(trace.number(1, "target_x_m") == 0.001);
@@ -169,7 +169,8 @@ TEST_CASE("What is not known in a cycle is an empty cell, what is known stands i
 
 TEST_CASE("The way to the path and the path itself have phases of their own in the trace", "[unit]") {
   Recording run;
-  const Motion motion(run.config, rt::EffectorVector::Constant(2, 0.01), kStart_ns);  // 1414 ms away
+  const Motion motion(run.config, rt::EffectorVector::Zero(2), rt::EffectorVector::Constant(2, 0.01),
+                      kStart_ns);  // 1414 ms away
   for (const int ms : {0, 1400, 1430}) run.recorder.add(run.cycle(ms), ms == 0 ? nullptr : &motion);
   rt::TraceRecord disabling = run.cycle(1440);
   disabling.phase = rt::Phase::kDisabling;

@@ -22,7 +22,7 @@ TEST_CASE("Phases come in order and enabling moves nothing, wherever the winches
   REQUIRE(rig.run_until(Phase::kRunning, kStartedWithin_s));
   for (size_t k = 1; k < rig.trace().size(); ++k) CHECK(rig.trace()[k - 1].phase <= rig.trace()[k].phase);
   for (int a = 0; a < 2; ++a) {
-    CHECK(rig.winches().delta_a[a] == Approx(settings.start.delta_a[a]).margin(kOneCount_m));
+    CHECK(rig.displacements().delta_a[a] == Approx(settings.start.delta_a[a]).margin(kOneCount_m));
     CHECK(rig.trace().back().command[a] == Approx(settings.start.delta_a[a]).margin(kOneCount_m));
   }
   // The model rests where the body does: the tip it believes in is the tip of the (stiffer) body, nearly.
@@ -52,7 +52,7 @@ TEST_CASE("A stop that relaxes ends with the cables at their rest lengths", "[sc
   while (std::abs(rig.trace().back().command[0]) < 5e-4) rig.run_for(0.01);
   rig.requests().stop = true;
   REQUIRE(rig.run_until(Phase::kStopped, 3));
-  for (int a = 0; a < 2; ++a) CHECK(std::abs(rig.winches().delta_a[a]) < 1e-5);
+  for (int a = 0; a < 2; ++a) CHECK(std::abs(rig.displacements().delta_a[a]) < 1e-5);
   CHECK(testing::within_limits(config, rig.trace()));
 }
 
@@ -65,24 +65,24 @@ TEST_CASE("A request to stop before the drives are enabled ends the run without 
   rig.requests().stop = true;
   REQUIRE(rig.run_until(Phase::kStopped, 3));
   CHECK_FALSE(rig.controller().faulted());
-  CHECK(rig.winches().delta_a == PlantLengths{}.delta_a);
+  CHECK(rig.displacements().delta_a == PlantDisplacements{}.delta_a);
 }
 
 TEST_CASE("A controller that comes back after its death holds the measured lengths", "[scenario]") {
   const Config config = testing::finger();
-  PlantLengths left;
+  PlantDisplacements left;
   {
     VirtualRig first(config, {});
     REQUIRE(first.run_until(Phase::kRunning, kStartedWithin_s));
     first.run_for(0.7);
-    left = first.winches();
+    left = first.displacements();
   }
   VirtualSettings settings;
   settings.start = left;
   VirtualRig second(config, settings);
   REQUIRE(second.run_until(Phase::kRunning, kStartedWithin_s));
   for (int a = 0; a < 2; ++a)
-    CHECK(second.winches().delta_a[a] == Approx(left.delta_a[a]).margin(kOneCount_m));
+    CHECK(second.displacements().delta_a[a] == Approx(left.delta_a[a]).margin(kOneCount_m));
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ void check_run(const Config& config, const VirtualRig& rig, double mean_mm, doub
     CHECK(record.faults.bits() == 0);
     iterations = std::max(iterations, record.qp_iterations);
   }
-  CHECK(iterations <= kIterationsPerCable * static_cast<int>(config.cables.size()));
+  CHECK(iterations <= kIterationsPerCable * static_cast<int>(config.actuators.size()));
   CHECK(rig.heap_calls() == 0);
   CHECK(testing::within_limits(config, rig.trace()));
   const auto errors = testing::tracking_errors_mm(config, rig);
@@ -79,17 +79,16 @@ TEST_CASE("A goal out of reach is served by the closest point, within all limits
   REQUIRE(rig.phase() == rt::Phase::kRunning);
   CHECK(testing::within_limits(config, rig.trace()));
   const rt::TraceRecord& last = rig.trace().back();
-  const StaticReach best = reach(*build_model(config), controller_config(config), config.control.epsilon,
-                                 rt::EffectorVector::Constant(1, 0.08));
+  const StaticReach best = reach(*build_model(config), config, rt::EffectorVector::Constant(1, 0.08));
   REQUIRE(best.converged);
   CHECK(best.p_e[0] < 0.07);
   CHECK(last.p_e[0] == Approx(best.p_e[0]).margin(1e-4));
   // It got as far as its limits allow: something is at its limit.
   bool at_limit = false;
-  for (size_t a = 0; a < config.cables.size(); ++a)
-    at_limit = at_limit || last.lambda[a] > config.cables[a].tension_max - 1e-6 ||
-               last.command[a] > config.cables[a].stroke_max - 1e-6 ||
-               last.command[a] < config.cables[a].stroke_min + 1e-6;
+  for (size_t a = 0; a < config.actuators.size(); ++a)
+    at_limit = at_limit || last.lambda[a] > config.actuators[a].effort_max - 1e-6 ||
+               last.command[a] > config.actuators[a].displacement_max - 1e-6 ||
+               last.command[a] < config.actuators[a].displacement_min + 1e-6;
   CHECK(at_limit);
 }
 

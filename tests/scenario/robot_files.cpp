@@ -8,7 +8,7 @@ namespace tendril::app::testing {
 namespace {
 
 const std::filesystem::path kConfig = std::filesystem::path(TENDRIL_SOURCE_DIR) / "config";
-constexpr double kRounding = 1e-12;  // m
+constexpr double kRounding = 1e-11;  // s at the top rate
 
 }  // namespace
 
@@ -18,13 +18,14 @@ Config diamond() { return load_config(kConfig / "diamond.yaml"); }
 bool within_limits(const Config& config, const std::vector<rt::TraceRecord>& trace) {
   for (size_t k = 1; k < trace.size(); ++k) {
     if (trace[k].phase < rt::Phase::kRunning) continue;
-    for (size_t a = 0; a < config.cables.size(); ++a) {
-      const CableConfig& cable = config.cables[a];
+    for (size_t a = 0; a < config.actuators.size(); ++a) {
+      const ActuatorConfig& actuator = config.actuators[a];
+      const double rounding = kRounding * actuator.top_rate;
       const double step = std::abs(trace[k].command[a] - trace[k - 1].command[a]);
-      if (trace[k].command[a] > cable.stroke_max + kRounding ||
-          trace[k].command[a] < cable.stroke_min - kRounding)
+      if (trace[k].command[a] > actuator.displacement_max + rounding ||
+          trace[k].command[a] < actuator.displacement_min - rounding)
         return false;
-      if (step > cable.top_speed / config.control.rate_hz + kRounding) return false;
+      if (step > actuator.top_rate / config.control.rate_hz + rounding) return false;
     }
   }
   return true;

@@ -9,6 +9,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from .run import METRES, VOLUMES
+
 DESIRED, MODEL, MEASURED, ALARM, GREY = "#000000", "#0072B2", "#E69F00", "#D55E00", "#7A7A7A"
 ACTUATORS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#000000")
 MOST_POINTS = 20000  # in one line; more only makes the file larger
@@ -120,28 +122,36 @@ def error(trace):
 
 
 def commands(trace):
-    """What was asked of every actuator, what its drive measured, and the effort the model expects."""
-    names = trace.actuators
+    """What was asked of every actuator, what its drive measured, and the effort the model expects; three panels for
+    those in metres and newtons, three for cavities."""
+    names = list(trace.actuators)
+    kinds = [units for units in (METRES, VOLUMES) if units in trace.actuators.values()]
     few = len(names) <= len(ACTUATORS)
     colours = ACTUATORS if few else plt.get_cmap("viridis")(np.linspace(0, 0.95, len(names)))
     rows_of_legend = -(-len(names) // 8)
-    figure, axes = column_of_panels(3, 8 + 0.25 * rows_of_legend)
+    figure, axes = column_of_panels(3 * len(kinds), 8 * len(kinds) + 0.25 * rows_of_legend)
     t = trace["t_s"]
-    for name, colour in zip(names, colours):
-        command, length = 1e3 * trace[f"command_{name}_m"], 1e3 * trace[f"length_{name}_m"]
-        width = 1.4 if few else 0.8
-        axes[0].plot(*thinned(t, command), color=colour, lw=width, label=name)
-        axes[0].plot(*thinned(t, length), color=colour, lw=width, ls=":")
-        axes[1].plot(*thinned(t, length - command), color=colour, lw=width / 2)
-        axes[2].plot(*thinned(t, trace[f"effort_{name}_N"]), color=colour, lw=width)
+    width = 1.4 if few else 0.8
     titles = ("Commands (lines) and what the drives measured (dots)", "Measured minus commanded", "Efforts in the QP")
-    units = ("shortening, mm", "mm", "tension, N")
-    for panel, title, unit in zip(axes, titles, units):
-        shade_phases(panel, trace, names=panel is axes[0])
-        panel.set_title(title, pad=16 if panel is axes[0] else 6)
-        panel.set_ylabel(unit)
-    handles, labels = axes[0].get_legend_handles_labels()
-    axes[2].legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, -0.22), ncol=8)
+    for row, units in enumerate(kinds):
+        panels = axes[3 * row:3 * row + 3]
+        for name, colour in zip(names, colours):
+            if trace.actuators[name] != units:
+                continue
+            command, measured, effort = trace.actuator(name)
+            panels[0].plot(*thinned(t, command), color=colour, lw=width, label=name)
+            panels[0].plot(*thinned(t, measured), color=colour, lw=width, ls=":")
+            panels[1].plot(*thinned(t, measured - command), color=colour, lw=width / 2)
+            panels[2].plot(*thinned(t, effort), color=colour, lw=width)
+        labels = (units.displacement_name, units.displacement_name.split(", ")[1], units.effort_name)
+        for panel, title, label in zip(panels, titles, labels):
+            first = panel is axes[0]
+            shade_phases(panel, trace, names=first)
+            panel.set_title(title, pad=16 if first else 6)
+            panel.set_ylabel(label)
+    legend = [panel.get_legend_handles_labels() for panel in axes[::3]]
+    axes[-1].legend(sum((handles for handles, _ in legend), []), sum((labels for _, labels in legend), []),
+                    loc="upper center", bbox_to_anchor=(0.5, -0.22), ncol=8)
     return figure
 
 

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from collections import namedtuple
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,11 @@ SUMMARY_KEYS = ("robot", "nodes", "tetrahedra", "actuators", "effector_dofs", "b
                 "qp", "rt", "faults")
 TEXT_COLUMNS = ("phase", "qp_status")
 AXES = ("x", "y", "z")
+
+# An actuator's units as the columns are named, and as people read them: the scale and the name of each.
+Units = namedtuple("Units", "displacement effort displacement_scale displacement_name effort_scale effort_name")
+METRES = Units("m", "N", 1e3, "displacement, mm", 1, "effort, N")
+VOLUMES = Units("m3", "Pa", 1e6, "growth, ml", 1e-3, "pressure, kPa")
 
 
 class ReportError(Exception):
@@ -52,8 +58,9 @@ class Trace:
             raise NoCycle(f"{self.path} holds no cycle: the run ended before the control thread started")
         self._columns = {name: list(cells) if name in TEXT_COLUMNS else self._numbers(name, cells)
                          for name, cells in zip(header, columns)}
-        self.actuators = [name[len("command_"):-len("_m")] for name in header
-                          if name.startswith("command_") and name.endswith("_m")]
+        self.actuators = {name[len("command_"):-1 - len(units.displacement)]: units
+                          for name in header for units in (METRES, VOLUMES)
+                          if name.startswith("command_") and name.endswith(f"_{units.displacement}")}
         self.axes = [a for a in AXES if np.isfinite(self[f"target_{a}_m"]).any()]
 
     def _numbers(self, name, cells):
@@ -70,6 +77,13 @@ class Trace:
     def position(self, who):
         """Rows x controlled axes, mm; who is target, model or measured."""
         return 1e3 * np.array([self[f"{who}_{a}_m"] for a in self.axes]).reshape(len(self.axes), len(self["t_s"])).T
+
+    def actuator(self, name):
+        """Command, measured displacement and effort of an actuator, in the units that people read."""
+        units = self.actuators[name]
+        command, measured = (units.displacement_scale * self[f"{what}_{name}_{units.displacement}"]
+                             for what in ("command", "displacement"))
+        return command, measured, units.effort_scale * self[f"effort_{name}_{units.effort}"]
 
     def is_running(self):
         """True in the rows of the phase "run", the one that errors are judged in."""
