@@ -13,6 +13,9 @@ namespace {
 // Points on the surface are inside in spite of rounding.
 constexpr double kRounding = 1e-9;
 
+// A point farther outside a tetrahedron than the tetrahedron is high has a weight below this.
+constexpr double kFarthest = -1;
+
 using Corners = Eigen::Matrix<double, 3, 4>;
 
 Eigen::Vector4d barycentric(const Corners& p, const Eigen::Vector3d& point) {
@@ -67,7 +70,8 @@ Attachment attach(const Mesh& mesh, const Eigen::Vector3d& point, double snap) {
     if (distance < best_distance) {
       best_distance = distance;
       best_place = place;
-      best = {tet, {weights[0], weights[1], weights[2], weights[3]}};
+      const Eigen::Vector4d w = weights.minCoeff() < kFarthest ? barycentric(p, place) : weights;
+      best = {tet, {w[0], w[1], w[2], w[3]}};
     }
     if (inside) break;
   }

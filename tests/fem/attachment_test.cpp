@@ -45,5 +45,14 @@ TEST_CASE("A point outside is refused with its distance, or attached within the 
   CHECK((place(mesh, attach(mesh, off_corner, 0.0051)) - off_corner).norm() < 1e-15);
 }
 
+TEST_CASE("A point farther outside than elements are high moves to the nearest place of the body", "[law]") {
+  const Mesh mesh = testing::beam(2, 1, 1, 0.01);
+  const Eigen::Vector3d near(0.005, 0.004, 0.019), far(0.005, 0.004, 0.031);
+  CHECK((place(mesh, attach(mesh, near, 0.01)) - near).norm() < 1e-15);
+  const Attachment at = attach(mesh, far, 0.03);
+  CHECK((place(mesh, at) - Eigen::Vector3d(0.005, 0.004, 0.010)).norm() < 1e-15);
+  for (double weight : at.weights) CHECK((weight > -1e-9 && weight < 1 + 1e-9));
+}
+
 }  // namespace
 }  // namespace tendril::fem
