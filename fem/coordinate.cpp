@@ -3,6 +3,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
+#include "fem/tetrahedron.h"
+
 namespace tendril::fem {
 namespace {
 

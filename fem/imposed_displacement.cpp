@@ -11,8 +11,8 @@ namespace {
 // Scaled compliances have ones on their diagonal; this is the proximal term, above the noise that solving
 // with K leaves in W and far below what tells two actuators apart.
 constexpr double kProximal = 1e-9;
-constexpr int kRounds = 12;          // of the proximal point method; two are the rule
-constexpr int kStepsPerEffort = 50;  // of an active set; about three are the rule
+constexpr int kRounds = 12;          // of the proximal point method; definite problems take two
+constexpr int kStepsPerEffort = 50;  // of the active set; random problems take at most two
 constexpr double kAccuracy = 1e-10;  // of w, relative to the largest gap
 constexpr double kRounding = 1e-13;  // of w, relative to the largest effort
 

@@ -29,7 +29,7 @@ inline constexpr int kMaxEfforts = 32;
 /// @param lambda        m, N or Pa; result, and a guess to start from
 /// @return  false if no efforts were found: W_aa is not finite or not semidefinite, an actuator moves
 /// nothing,
-///          or actuators that do the same are asked for different displacements
+///          or actuators that do the same are asked for different displacements; λ is then of no use
 /// @throws  std::invalid_argument if m is more than kMaxEfforts
 /// Real-time: no (time depends on how many efforts change sign); allocates nothing.
 [[nodiscard]] bool solve_efforts(const Eigen::MatrixXd& W_aa, const Eigen::VectorXd& delta_a_free,

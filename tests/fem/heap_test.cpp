@@ -11,6 +11,10 @@ using testing::Chamber;
 
 TEST_CASE("Constraints and the efforts that impose displacements allocate nothing once they have run",
           "[rt]") {
+  if (!rt::HeapGuard::available()) {
+    WARN("skipped: heap calls are not counted in this build");
+    return;
+  }
   const Chamber chamber;
   const Constraints& c = chamber.constraints;
   const Eigen::VectorXd x = 1.01 * chamber.model.rest();
