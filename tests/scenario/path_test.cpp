@@ -12,6 +12,9 @@ namespace {
 
 constexpr double kDiamondMean_mm = 1.0, kDiamondMax_mm = 2.0;  // the paper's robot: 1.82 mm on average
 constexpr double kFingerMean_mm = 0.5, kFingerMax_mm = 1.0;
+constexpr double kBenderMean_mm = 0.2, kBenderMax_mm = 0.6;
+constexpr double kTrunkMean_mm = 0.25, kTrunkMax_mm = 0.7;
+constexpr double kPlatformMean_mm = 0.1, kPlatformMax_mm = 0.2;
 constexpr int kIterationsPerCable = 16;  // of the QP, where limits conflict on the way to the path
 
 void check_run(const Config& config, const VirtualRig& rig, double mean_mm, double max_mm) {
@@ -44,6 +47,34 @@ TEST_CASE("The finger follows its line with two cables for one coordinate", "[sc
   VirtualRig rig(config, {});
   rig.run_for(4);
   check_run(config, rig, kFingerMean_mm, kFingerMax_mm);
+}
+
+TEST_CASE("The bender follows its line on what a pump puts into its chamber", "[scenario]") {
+  const Config config = testing::shipped("bender");
+  VirtualRig rig(config, {.model_rate_hz = 20});
+  rig.run_for(2.6);
+  check_run(config, rig, kBenderMean_mm, kBenderMax_mm);
+  CHECK(rig.trace().back().lambda[0] > 5e3);  // Pa; it bends because the chamber is under pressure
+}
+
+TEST_CASE("The trunk follows its square with eight cables, and its middle gives way", "[scenario]") {
+  const Config config = testing::shipped("trunk");
+  VirtualRig rig(config, {.model_rate_hz = 20});
+  rig.run_for(3);
+  check_run(config, rig, kTrunkMean_mm, kTrunkMax_mm);
+  const double tip = testing::largest_model_error(rig, 0), middle = testing::largest_model_error(rig, 3);
+  CAPTURE(tip, middle);
+  CHECK(tip < 0.1);
+  CHECK(middle > tip);  // it weighs less
+  CHECK(middle < 0.9);  // and is held all the same: with a weight of 0.001 it is 1.5 mm off
+}
+
+TEST_CASE("The platform points along its square with three rods and keeps its height", "[scenario]") {
+  const Config config = testing::shipped("platform");
+  VirtualRig rig(config, {.model_rate_hz = 20});
+  rig.run_for(2.6);
+  check_run(config, rig, kPlatformMean_mm, kPlatformMax_mm);
+  CHECK(testing::largest_model_error(rig, 2) < 0.05);
 }
 
 TEST_CASE("The same run in virtual time gives the same bits", "[scenario]") {

@@ -12,8 +12,9 @@ constexpr double kRounding = 1e-11;  // s at the top rate
 
 }  // namespace
 
-Config finger() { return load_config(kConfig / "finger.yaml"); }
-Config diamond() { return load_config(kConfig / "diamond.yaml"); }
+Config shipped(const std::string& robot) { return load_config(kConfig / (robot + ".yaml")); }
+Config finger() { return shipped("finger"); }
+Config diamond() { return shipped("diamond"); }
 
 bool within_limits(const Config& config, const std::vector<rt::TraceRecord>& trace) {
   for (size_t k = 1; k < trace.size(); ++k) {
@@ -43,6 +44,14 @@ std::vector<double> tracking_errors_mm(const Config& config, const VirtualRig& r
     errors.push_back(1e3 * std::sqrt(sum));
   }
   return errors;
+}
+
+double largest_model_error(const VirtualRig& rig, int e) {
+  double largest = 0;
+  for (const rt::TraceRecord& record : rig.trace())
+    if (record.intended_ns >= rig.motion()->path_start_ns())
+      largest = std::max(largest, 1e3 * std::abs(record.p_e[e] - record.desired[e]));
+  return largest;
 }
 
 double mean(const std::vector<double>& values) {

@@ -5,7 +5,9 @@
 
 namespace tendril::app::testing {
 
-/// The two robots that are shipped. The finger is small, so most scenarios play on it.
+/// A robot of config/, by name.
+Config shipped(const std::string& robot);
+/// The finger is small, so most scenarios play on it.
 Config finger();
 Config diamond();
 
@@ -15,6 +17,9 @@ bool within_limits(const Config& config, const std::vector<rt::TraceRecord>& tra
 /// Distances of the simulated tip from the wanted one in the first effector's controlled coordinates, at
 /// every time step of the body on the path, mm.
 std::vector<double> tracking_errors_mm(const Config& config, const VirtualRig& rig);
+
+/// How far the model's effector coordinate e was from the wanted one at most, on the path, mm or ml.
+double largest_model_error(const VirtualRig& rig, int e);
 
 double mean(const std::vector<double>& values);
 double largest(const std::vector<double>& values);
