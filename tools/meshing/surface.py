@@ -74,22 +74,25 @@ def check_closed(points, triangles):
 
 def check_does_not_cross_itself(points, triangles):
     """Refuses a surface of which an edge goes through a triangle  [Möller & Trumbore, J. Graphics Tools 2, 1997]."""
+    triangles = triangles[np.argsort(points[triangles, 0].min(axis=1))]
     corners = points[triangles]
     lower, upper = corners.min(axis=1), corners.max(axis=1)
     block = max(1, MOST_PAIRS // len(triangles))
     for start in range(0, len(triangles), block):
         rows = slice(start, start + block)
-        near = np.all((lower[rows, None] <= upper[None]) & (upper[rows, None] >= lower[None]), axis=2)
-        a, b = np.nonzero(near)
-        a += start
+        end = np.searchsorted(lower[:, 0], upper[rows, 0].max(), side="right")  # beyond, all lie further along x
+        columns = slice(start, end)
+        near = np.all((lower[rows, None] <= upper[None, columns]) & (upper[rows, None] >= lower[None, columns]), axis=2)
+        a, b = np.nonzero(near) + np.array([[start], [start]])
         neighbours = (triangles[a][:, :, None] == triangles[b][:, None, :]).sum(axis=(1, 2))
         a, b = a[neighbours < 2], b[neighbours < 2]
-        for k in range(3):
-            crossing = goes_through(corners[a, k], corners[a, (k + 1) % 3], corners[b])
-            if crossing.any():
-                where = corners[b[crossing][0]].mean(axis=0)
-                raise SurfaceError(f"the surface crosses itself near {place(where)}; unite the parts in the program "
-                                   "that drew it (a Boolean union)")
+        for one, other in ((a, b), (b, a)):
+            for k in range(3):
+                crossing = goes_through(corners[one, k], corners[one, (k + 1) % 3], corners[other])
+                if crossing.any():
+                    where = corners[other[crossing][0]].mean(axis=0)
+                    raise SurfaceError(f"the surface crosses itself near {place(where)}; unite the parts in the program "
+                                       "that drew it (a Boolean union)")
 
 
 def goes_through(start, end, triangles, margin=1e-9):
