@@ -32,8 +32,9 @@ def draw(picture):
             else:
                 axis.set_minor_formatter(NullFormatter())
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    if any(series["label"] for series in picture.series):
-        axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncol=2)
+    longest = max((len(series["label"]) for series in picture.series), default=0)
+    if longest:
+        axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncol=2 if longest < 36 else 1)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png")
     plt.close(figure)
