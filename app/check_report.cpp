@@ -9,6 +9,7 @@
 #include "app/inverse_statics.h"
 #include "app/model_refresher.h"
 #include "app/motion.h"
+#include "fem/mesh_quality.h"
 #include "rt/periodic_clock.h"
 
 namespace tendril::app {
@@ -93,6 +94,9 @@ int check_robot(const Config& config, bool json) {
   result["nodes"] = robot->model.mesh().node_count();
   result["tetrahedra"] = robot->model.mesh().tet_count();
   result["fixed_nodes"] = robot->model.mesh().node_count() - robot->model.free_nodes();
+  const fem::Quality quality = fem::mesh_quality(robot->model.mesh());
+  result["mean_ratio_min"] = quality.mean_ratio_min;
+  result["mean_ratio_median"] = quality.mean_ratio_median;
   result["actuators"] = limits.actuators;
   result["effector_dofs"] = limits.effector_coordinates;
   result["bus_load"] = budget.load;
@@ -125,6 +129,7 @@ int check_robot(const Config& config, bool json) {
   fmt::print("{}: {}\n", config.file.string(), config.robot);
   fmt::print("  mesh         {} nodes, {} tetrahedra, {} nodes fixed\n", result["nodes"].get<int>(),
              result["tetrahedra"].get<int>(), result["fixed_nodes"].get<int>());
+  fmt::print("  shape        {}\n", fem::summary(quality));
   fmt::print("  robot        {} actuators of at most {}, {} effector coordinates of at most {}\n",
              limits.actuators, kMaxActuators, limits.effector_coordinates, kMaxEffectorCoordinates);
   fmt::print("  bus          {}\n", budget.text);

@@ -92,8 +92,8 @@ TEST_CASE("A robot that does not fit its mesh is refused with the line and the r
 TEST_CASE("A mesh that no model can be built on is refused with its file and the culprit", "[scenario]") {
   check_mesh_refused("1 1 3 2 4\n", 1,
                      {"small.msh", "inverted: tetrahedron 0 at ", "swap two of their corners"});
-  check_mesh_refused("1 1 2 3 4\n", 1,
-                     {"small.msh", "belong to no tetrahedron: node 4 at (9, 9, 9) mm", "remove"});
+  check_mesh_refused("1 1 2 3 4\n2 1 2 3 4\n", 2,
+                     {"small.msh", "tetrahedra are in the mesh twice", "remove the second ones"});
 }
 
 TEST_CASE("Frames that cannot fit the bit rate are refused before any is sent", "[scenario]") {
