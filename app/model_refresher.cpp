@@ -59,13 +59,13 @@ bool ModelRefresher::refresh(const rt::Feedback& feedback, std::int64_t now_ns, 
   if (!feedback.efforts_known && feedback.displacements_known && !near_settled(feedback.delta_a) &&
       !settle(feedback.delta_a))
     return false;
-  Eigen::VectorXd lambda = lambda_;
+  asked_ = lambda_;
   if (feedback.efforts_known) {
-    lambda = feedback.lambda;
-    equilibrium_.advance(lambda);
+    asked_ = feedback.lambda;
+    equilibrium_.advance(asked_);
   }
-  if (equilibrium_.linearise(lambda) != fem::Pose::kUsable ||
-      !fill(equilibrium_.compliance(), lambda, now_ns, snapshot)) {
+  if (equilibrium_.linearise(asked_) != fem::Pose::kUsable ||
+      !fill(equilibrium_.compliance(), asked_, now_ns, snapshot)) {
     // The responses kept for the next step must belong to the pose it starts from, and to efforts that are
     // known to serve there: those of this call may be what failed.
     equilibrium_.set_x(last_good_x_);
@@ -73,7 +73,7 @@ bool ModelRefresher::refresh(const rt::Feedback& feedback, std::int64_t now_ns, 
     return false;
   }
   last_good_x_ = equilibrium_.x();
-  lambda_ = lambda;
+  lambda_ = asked_;
   return true;
 }
 

@@ -49,6 +49,7 @@ class ModelRefresher {
   Eigen::ArrayX<bool> pressure_;  // efforts in Pa, the others are in N
   fem::Equilibrium equilibrium_;
   Eigen::VectorXd lambda_;  // efforts at the last good pose
+  Eigen::VectorXd asked_;   // efforts of the present refresh
   Eigen::VectorXd last_good_x_;
   Eigen::VectorXd settled_at_;  // displacements of the last settle, m or m³
   std::uint64_t sequence_ = 0;
