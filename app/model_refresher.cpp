@@ -46,7 +46,7 @@ ModelRefresher::ModelRefresher(const Robot& robot, const Config& config)
 }
 
 bool ModelRefresher::settle(const Eigen::VectorXd& delta_a) {
-  const fem::Settled settled = equilibrium_.settle_at_lengths(delta_a, fem::Sign::kPullOnly, kSettled);
+  const fem::Settled settled = equilibrium_.settle_at_displacements(delta_a, fem::Sign::kPullOnly, kSettled);
   if (!settled.converged) return false;
   lambda_ = settled.lambda;
   last_good_x_ = equilibrium_.x();

@@ -68,7 +68,7 @@ Settled Equilibrium::settle_under_efforts(const Eigen::VectorXd& lambda, double 
   return result;
 }
 
-Settled Equilibrium::settle_at_lengths(const Eigen::VectorXd& delta_a, Sign sign, double tolerance,
+Settled Equilibrium::settle_at_displacements(const Eigen::VectorXd& delta_a, Sign sign, double tolerance,
                                        int iterations) {
   const Eigen::VectorXd start = x_;
   Eigen::ArrayX<bool> pull_only = constraints_.pull_only();

@@ -61,7 +61,7 @@ class Equilibrium {
   /// Equilibrium with actuators at given displacements δ_a (m entries, m or m³). It must be stable under its
   /// efforts as well: a cavity that is inflated beyond the largest pressure it can bear is not found,
   /// although its volume would hold it. Where it does not converge, x is what it was before.
-  Settled settle_at_lengths(const Eigen::VectorXd& delta_a, Sign sign, double tolerance,
+  Settled settle_at_displacements(const Eigen::VectorXd& delta_a, Sign sign, double tolerance,
                             int iterations = 100);
 
  private:

@@ -53,7 +53,7 @@ TEST_CASE("Newton's method converges quadratically with the exact tangent", "[la
 TEST_CASE("Cables of given lengths end at these lengths with the tensions that hold them", "[law]") {
   Beam beam;
   const Eigen::Vector2d delta_a(0.004, -0.001);
-  const Settled settled = beam.body.settle_at_lengths(delta_a, Sign::kBilateral, 1e-11);
+  const Settled settled = beam.body.settle_at_displacements(delta_a, Sign::kBilateral, 1e-11);
   REQUIRE(settled.converged);
   CHECK((beam.constraints.displacement(beam.body.x()) - delta_a).norm() < 1e-10);
   CHECK(beam.residual(settled.lambda) < 1e-9);
@@ -62,7 +62,7 @@ TEST_CASE("Cables of given lengths end at these lengths with the tensions that h
 TEST_CASE("A cable that would have to push goes slack instead", "[law]") {
   Beam beam;
   const Eigen::Vector2d delta_a(0.004, -0.008);  // the lower cable is paid out further than the body needs
-  const Settled settled = beam.body.settle_at_lengths(delta_a, Sign::kPullOnly, 1e-11);
+  const Settled settled = beam.body.settle_at_displacements(delta_a, Sign::kPullOnly, 1e-11);
   REQUIRE(settled.converged);
   CHECK(settled.lambda[0] > 0);
   CHECK(settled.lambda[1] == 0);
