@@ -149,7 +149,7 @@ bool Assembler::find_rotation(ElementBatch& batch, int lane) const {
   batch.q[0][lane] = q.w();
   for (int c = 0; c < 3; ++c) batch.q[c + 1][lane] = q.vec()[c];
   batch.theta[lane] = (R.transpose() * F).trace() - 3;
-  return !(F.determinant() <= 0);
+  return F.determinant() > 0;
 }
 
 void Assembler::share_pressures() {

@@ -32,7 +32,7 @@ class CorotationalElement {
   /// @param corners  3 × 4 present positions, m
   CorotationalElement(const RestTetrahedron& rest, const Moduli& moduli, const Corners& corners);
 
-  bool inverted() const { return det_F_ <= 0; }  ///< turned inside out
+  bool inverted() const { return !(det_F_ > 0); }  ///< turned inside out, or not finite
   const Eigen::Matrix3d& rotation() const { return R_; }
 
   double energy() const;                            ///< U, J

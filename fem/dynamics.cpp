@@ -39,8 +39,9 @@ bool Dynamics::step(const Eigen::VectorXd& delta_a, double h) {
 /// With A in the place of K the body's response is its velocity.
 bool Dynamics::compute_response(double h) {
   for (const Tangent tangent : {Tangent::kExact, Tangent::kSemidefinite}) {
-    if (assembler_.assemble(x_, tangent, r_, A_) > 0 || !r_.allFinite()) return false;
+    if (assembler_.assemble(x_, tangent, r_, A_) > 0) return false;
     r_ += model_.external_forces() + model_.masses().cwiseProduct(v_) / h;
+    if (!r_.allFinite()) return false;
     constraints_.add_stiffness(x_, lambda_, tangent, A_);
     A_.scale(damping_.stiffness + h);
     A_.add_diagonal((1 / h + damping_.mass) * model_.masses());

@@ -5,8 +5,7 @@ namespace tendril::fem {
 inline constexpr int kLanes = 8;
 
 /// Eight tetrahedra of one law side by side, the last index being the tetrahedron's lane. In a batch that is
-/// not full the other lanes repeat a tetrahedron with volume 0 and give what they add to the discarded block
-/// and node.
+/// not full the other lanes repeat a tetrahedron with volume 0, so that they add nothing.
 struct alignas(64) ElementBatch {
   double g[3][3][kLanes];   ///< ∇N of corners 1 to 3, by corner and component, 1/m
   double volume[kLanes];    ///< m³
@@ -25,7 +24,7 @@ struct alignas(64) VolumeGrowth {
 };
 
 /// The passes over a batch. Positions and forces have four numbers a node, the last one unused.
-/// All of them: real-time: yes, of fixed cost but for `rotate`, whose iterations are capped.
+/// All of them are bounded and allocate nothing; `rotate` caps its iterations.
 struct ElementKernels {
   /// Polar rotation and dilatation of corotational elements, by Newton's method from the last rotation: the
   /// nearest rotation maximises tr(RᵀF), and for R exp([ω]×) the gradient is the axial vector of RᵀF − FᵀR,

@@ -122,7 +122,7 @@ unsigned dilate(ElementBatch& batch, const double* positions) {
     const Matrix F = deformation_gradient(batch, first, edges(batch, first, positions));
     const Lanes J = dot(F.x, cross(F.y, F.z));
     store(&batch.theta[first], J - 1);
-    inverted |= bits(J <= 0) << first;
+    inverted |= bits(~(J > 0)) << first;
   }
   return inverted;
 }

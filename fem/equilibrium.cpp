@@ -25,12 +25,21 @@ Equilibrium::Equilibrium(const Model& model, const Constraints& constraints)
       x_(model.rest()),
       before_(x_) {}
 
+void Equilibrium::set_x(const Eigen::VectorXd& x) {
+  x_ = before_ = x;
+  usable_ = false;
+}
+
 Pose Equilibrium::linearise(const Eigen::VectorXd& lambda) {
+  usable_ = false;
+  if (!lambda.allFinite()) return Pose::kDiverged;
+  if (!x_.allFinite()) x_ = before_;
   Pose pose = linearise_here(lambda);
   for (int k = 0; pose == Pose::kDiverged && k < kHalvings; ++k) {
     x_ = 0.5 * (x_ + before_);
     pose = linearise_here(lambda);
   }
+  usable_ = pose == Pose::kUsable;
   return pose;
 }
 
@@ -49,9 +58,10 @@ Pose Equilibrium::linearise_here(const Eigen::VectorXd& lambda) {
 }
 
 double Equilibrium::advance(const Eigen::VectorXd& lambda) {
+  if (!usable_) return 0;
   response_.move(lambda, dx_);
   before_ = x_;
-  const double asked = dx_.reshaped(3, model_.free_nodes()).colwise().norm().maxCoeff();
+  const double asked = dx_.reshaped(3, model_.free_nodes()).colwise().norm().maxCoeff<Eigen::PropagateNaN>();
   x_ += std::min(1.0, longest_move_ / asked) * dx_;
   return asked;
 }
@@ -69,7 +79,7 @@ Settled Equilibrium::settle_under_efforts(const Eigen::VectorXd& lambda, double 
 }
 
 Settled Equilibrium::settle_at_displacements(const Eigen::VectorXd& delta_a, Sign sign, double tolerance,
-                                       int iterations) {
+                                             int iterations) {
   const Eigen::VectorXd start = x_;
   Eigen::ArrayX<bool> pull_only = constraints_.pull_only();
   if (sign == Sign::kBilateral) pull_only.setConstant(false);

@@ -13,7 +13,7 @@ namespace tendril::fem {
 /// How a linearisation ended.
 enum class Pose {
   kUsable,
-  kNotPositiveDefinite,  ///< K cannot be factored, not even with frozen rotations
+  kNotPositiveDefinite,  ///< K cannot be factored, not even its semidefinite part
   kDiverged,             ///< positions are not finite, or elements are inside out
 };
 
@@ -36,22 +36,24 @@ class Equilibrium {
   Equilibrium(const Model& model, const Constraints& constraints);
 
   const Eigen::VectorXd& x() const { return x_; }  ///< 3N, m
-  void set_x(const Eigen::VectorXd& x) { x_ = before_ = x; }
+  /// Places the body; linearise() is to be called before it moves on.
+  void set_x(const Eigen::VectorXd& x);
 
   /// Assembles and factors K at x under the efforts λ (their own stiffness included) and computes the
   /// compliance. Uses the exact tangent; where that is not positive definite, as it may be away from
-  /// equilibrium, the semidefinite part of it. Where the last
-  /// step went too far, into a pose that is inside out, it is halved until it did not.
+  /// equilibrium, the semidefinite part of it. Where the last step went too far, into a pose that is inside
+  /// out, it is halved until it did not.
   /// @param lambda  m, N or Pa
+  /// @return  kDiverged also where λ is not finite
   /// Real-time: no (time depends on the mesh).
   Pose linearise(const Eigen::VectorXd& lambda);
 
   /// Compliance at the last pose linearised.
   const Compliance& compliance() const { return compliance_; }
 
-  /// x ← x + K⁻¹ (f + f_ext + J_aᵀ λ) with the factor of the last pose that linearise() called usable,
-  /// shortened where a node would move too far at once.
-  /// @return  the largest displacement of a node that Newton's step asked for, m
+  /// x ← x + K⁻¹ (f + f_ext + J_aᵀ λ) with the factor of the last linearise(), shortened where a node would
+  /// move too far at once. Where that call did not say kUsable, or x has been set since, x stays where it is.
+  /// @return  the largest displacement of a node that Newton's step asked for, m; 0 where x stays
   double advance(const Eigen::VectorXd& lambda);
 
   /// Equilibrium under given efforts. Where it does not converge, x is what it was before.
@@ -62,7 +64,7 @@ class Equilibrium {
   /// efforts as well: a cavity that is inflated beyond the largest pressure it can bear is not found,
   /// although its volume would hold it. Where it does not converge, x is what it was before.
   Settled settle_at_displacements(const Eigen::VectorXd& delta_a, Sign sign, double tolerance,
-                            int iterations = 100);
+                                  int iterations = 100);
 
  private:
   Pose linearise_here(const Eigen::VectorXd& lambda);
@@ -74,6 +76,7 @@ class Equilibrium {
   Assembler assembler_;
   double longest_move_;                // m: Newton's steps are cut to this
   Tangent tangent_ = Tangent::kExact;  // the one that served last
+  bool usable_ = false;                // response_ belongs to the pose from which x_ is to move on
   Response response_;
   Eigen::VectorXd x_, before_, r_, dx_;  // before_: x before the last step
   Compliance compliance_;

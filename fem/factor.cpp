@@ -83,7 +83,9 @@ class Arena {
 
 void AlignedDelete::operator()(double* p) const noexcept { std::free(p); }
 
-Factor::Factor(const StiffnessMatrix& K, const std::vector<std::vector<int>>& border) {
+Factor::Factor(const StiffnessMatrix& K, const std::vector<std::vector<int>>& border,
+               const FrontKernels& kernels)
+    : kernels_(kernels) {
   for (Supernode& s : assembly_tree(K, elimination_order(K), border)) {
     Place& place = fronts_.emplace_back();
     place.pivots = std::move(s.pivots);
@@ -140,7 +142,8 @@ void Factor::find_entries(const StiffnessMatrix& K) {
                                             [&](int a, int b) { return position[a] < position[b]; });
         at_row = round_up_to_strip(f.k) + 3 * static_cast<int>(found - f.rows.begin());
       }
-      f.entries.push_back({slot, transposed, 3 * (position[column] - first) * f.ld + at_row});
+      f.entries.push_back(
+          {slot, transposed, 3 * (position[column] - first) * static_cast<std::ptrdiff_t>(f.ld) + at_row});
     }
 }
 
@@ -188,17 +191,16 @@ Front Factor::front(const Place& f) const {
 }
 
 bool Factor::factorize(const StiffnessMatrix& K, const Eigen::MatrixXd& B_T) {
-  const FrontKernels& kernels = front_kernels();
   border_compliance_.setZero();
   for (const Place& place : fronts_) {
     const Front f = front(place);
     assemble(place, K, B_T, f);
     for (int c : place.children) {
       const Place& child = fronts_[c];
-      kernels.extend_add(U_.get() + child.U, child.ldu, child.rows_in_parent.data(),
-                         static_cast<int>(child.rows_in_parent.size()), f);
+      kernels_.extend_add(U_.get() + child.U, child.ldu, child.rows_in_parent.data(),
+                          static_cast<int>(child.rows_in_parent.size()), f);
     }
-    if (!kernels.eliminate(f)) return false;
+    if (!kernels_.eliminate(f)) return false;
     if (place.parent < 0) add_to_border_compliance(place);
   }
   return true;
@@ -243,7 +245,7 @@ void Factor::solve(const Eigen::VectorXd& c, Eigen::VectorXd& x) {
     for (const int row : place->border) *at++ = -c[row];  // L₁ᵀ x = Y c − L₂ᵀ x
     std::fill(at, z + round_up_to_strip(f.n), 0.0);
     double* solution = z + round_up_to_strip(f.n);
-    front_kernels().back_substitute(f, z, solution);
+    kernels_.back_substitute(f, z, solution);
     for (const int node : place->pivots) {
       std::copy_n(solution, 3, x.data() + 3 * node);
       solution += 3;

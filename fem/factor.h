@@ -27,10 +27,11 @@ class Factor {
   /// @param border  for each row of B the nodes at which it may be nonzero
   /// @throws  std::runtime_error or std::bad_alloc if memory runs out
   /// Real-time: no (allocates).
-  explicit Factor(const StiffnessMatrix& K, const std::vector<std::vector<int>>& border = {});
+  explicit Factor(const StiffnessMatrix& K, const std::vector<std::vector<int>>& border = {},
+                  const FrontKernels& kernels = front_kernels());
 
   /// Factors the present numbers of K, whose pattern must be the one given at construction.
-  /// @param B_T  3N × c, column-major: Bᵀ
+  /// @param B_T  3N × c, column-major: Bᵀ; what is not finite in it shows in border_compliance() and solve()
   /// @return     false if K is not positive definite or not finite (the factor is then unusable)
   /// Real-time: no (time depends on the mesh; allocates nothing).
   [[nodiscard]] bool factorize(const StiffnessMatrix& K, const Eigen::MatrixXd& B_T);
@@ -54,7 +55,7 @@ class Factor {
   struct Entry {
     int slot;
     bool transposed;
-    int at;
+    std::ptrdiff_t at;
   };
   struct Place {
     int k, n, ld, ldu;  // as in Front
@@ -76,6 +77,7 @@ class Factor {
                 const Front& front) const;
   void add_to_border_compliance(const Place& root);
 
+  const FrontKernels& kernels_;
   std::vector<Place> fronts_;
   AlignedArray L_, U_, F_, z_;
   size_t L_size_ = 0;

@@ -130,10 +130,13 @@ void extend_add(const double* U, int ldu, const RowMap* map, int count, const Fr
     for (unsigned left = map[a].mask; left; left &= left - 1, ++from) {
       const int to = map[a].to + __builtin_ctz(left);
       const double* source = U + from * static_cast<long>(ldu);
-      double* target = to < stay ? parent.F + to * static_cast<long>(parent.ld)
-                                 : parent.U + (to - stay) * static_cast<long>(parent.ldu) - stay;
-      add_expanded(target + map[a].to, source + from, left);
-      for (int b = a + 1; b < count; ++b) add_expanded(target + map[b].to, source + map[b].from, map[b].mask);
+      const bool in_F = to < stay;
+      double* target = in_F ? parent.F + to * static_cast<long>(parent.ld)
+                            : parent.U + (to - stay) * static_cast<long>(parent.ldu);
+      const int above = in_F ? 0 : stay;  // rows of the front before the target's first
+      add_expanded(target + (map[a].to - above), source + from, left);
+      for (int b = a + 1; b < count; ++b)
+        add_expanded(target + (map[b].to - above), source + map[b].from, map[b].mask);
     }
   }
 }

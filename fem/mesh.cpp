@@ -52,6 +52,10 @@ void check_numbers(const Mesh& mesh) {
     for (int node : mesh.tets[t])
       if (node < 0 || node >= mesh.node_count())
         out_of_range.add(fmt::format("tetrahedron {} names node {}", t, node));
+  for (const auto& [name, nodes] : mesh.regions)
+    for (int node : nodes)
+      if (node < 0 || node >= mesh.node_count())
+        out_of_range.add(fmt::format("region {} names node {}", name, node));
   out_of_range.refuse_if_any(fmt::format("node indices are outside 0..{}", mesh.node_count() - 1),
                              "repair the mesh file");
 }

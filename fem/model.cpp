@@ -93,13 +93,10 @@ void check_held(const Mesh& mesh, int free_nodes) {
   const std::vector<int> parts = parts_of(mesh);
   const std::set<int> names(parts.begin(), parts.end());
   for (int part : names) {
-    Eigen::Matrix3Xd fixed(3, 0);
+    std::vector<int> fixed;
     for (int node = free_nodes; node < mesh.node_count(); ++node)
-      if (parts[node] == part) {
-        fixed.conservativeResize(Eigen::NoChange, fixed.cols() + 1);
-        fixed.rightCols<1>() = mesh.nodes.col(node);
-      }
-    if (held(fixed)) continue;
+      if (parts[node] == part) fixed.push_back(node);
+    if (held(mesh.nodes(Eigen::all, fixed))) continue;
     const std::string where = names.size() == 1
                                   ? ""
                                   : fmt::format(
@@ -108,7 +105,7 @@ void check_held(const Mesh& mesh, int free_nodes) {
                                         1e3 * mesh.nodes(0, part), 1e3 * mesh.nodes(1, part),
                                         1e3 * mesh.nodes(2, part), names.size());
     throw MeshError(fmt::format("{} nodes are fixed, expected at least three that do not lie on one line{}",
-                                fixed.cols(), where));
+                                fixed.size(), where));
   }
 }
 

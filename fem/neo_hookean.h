@@ -26,7 +26,7 @@ class NeoHookeanElement {
   /// @param corners  3 × 4 present positions, m
   NeoHookeanElement(const RestTetrahedron& rest, const Moduli& moduli, const Corners& corners);
 
-  bool inverted() const { return J_ <= 0; }  ///< turned inside out
+  bool inverted() const { return !(J_ > 0); }  ///< turned inside out, or not finite
 
   double energy() const;                            ///< U, J
   double dilatation() const { return J_ - 1; }      ///< θ

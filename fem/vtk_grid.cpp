@@ -36,6 +36,7 @@ std::vector<T> numbers_stored_as(std::string_view bytes, bool big_endian) {
 std::vector<std::vector<std::string>> groups_of_cells(const VtkGrid& grid) {
   std::vector<std::vector<std::string>> groups(grid.types.size());
   for (const auto& [name, values] : grid.labels) {
+    if (values.size() != groups.size()) continue;  // counted against other cells, if any
     if (std::set(values.begin(), values.end()).size() > kMostLabels) continue;
     for (size_t k = 0; k < groups.size(); ++k) groups[k].push_back(fmt::format("{}_{}", name, values[k]));
   }

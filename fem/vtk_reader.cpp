@@ -76,10 +76,11 @@ class LegacyReader {
     const auto all = read_numbers<std::int64_t>(size, kInt);  // of each cell: its number of nodes, its nodes
     size_t next = 0;
     for (size_t cell = 0; cell < count; ++cell) {
-      const size_t nodes = next < size ? all[next++] : size;
-      if (nodes > size - next)
+      if (next == size || static_cast<size_t>(all[next]) > size - next - 1)
         in_.fail_with(fmt::format("cell {} goes beyond the {} integers announced", cell, size));
-      grid_.connectivity.insert(grid_.connectivity.end(), &all[next], &all[next] + nodes);
+      const std::int64_t nodes = all[next++];
+      const auto first = all.begin() + static_cast<std::ptrdiff_t>(next);
+      grid_.connectivity.insert(grid_.connectivity.end(), first, first + nodes);
       grid_.offsets.push_back(std::ssize(grid_.connectivity));
       next += nodes;
     }
@@ -87,7 +88,10 @@ class LegacyReader {
 
   std::vector<std::int64_t> read_named(const char* keyword, size_t count) {
     if (in_.word() != keyword) in_.fail(keyword);
-    return read_numbers<std::int64_t>(count, type());
+    const NumberType stored = type();
+    if (!stored.whole())
+      in_.fail_with(fmt::format("{} has numbers of floating point, expected whole ones", keyword));
+    return read_numbers<std::int64_t>(count, stored);
   }
 
   /// One array of CELL_DATA or POINT_DATA, or a FIELD of several.

@@ -118,6 +118,15 @@ TEST_CASE("A pulled cable is taut at its length at the end of every step, a paid
   CHECK(moving.efforts()[0] > 0.1);
 }
 
+TEST_CASE("A velocity that is not finite is refused, with no actuator to notice it", "[law]") {
+  const Beam beam;
+  const Constraints none(beam.model, {}, {});
+  Dynamics moving(beam.model, none, {0, 0});
+  moving.set_velocity(Eigen::VectorXd::Constant(beam.model.unknowns(), NAN));
+  CHECK_FALSE(moving.step(Eigen::VectorXd(), 0.01));
+  CHECK(moving.x() == beam.model.rest());
+}
+
 TEST_CASE("A state that cannot be advanced is refused and left as it was", "[law]") {
   const Beam beam;
   Dynamics moving(beam.model, beam.constraints, {0, 0});

@@ -97,6 +97,33 @@ TEST_CASE("A pose turned inside out is reported, not linearised", "[law]") {
   CHECK(beam.body.linearise(Eigen::Vector2d::Zero()) == Pose::kDiverged);
 }
 
+TEST_CASE("After a settling that failed the body does not move on from where it is", "[law]") {
+  const testing::Beam beam;
+  Equilibrium body(beam.model, beam.constraints);
+  const Eigen::Vector2d slack(0, 0);
+  REQUIRE(body.settle_under_efforts(slack, 1e-9).converged);
+  const Eigen::VectorXd x = body.x();
+  REQUIRE_FALSE(body.settle_at_displacements(Eigen::Vector2d(0.3, 0), Sign::kPullOnly, 1e-9, 20).converged);
+  CHECK(body.advance(slack) == 0);  // what is known of the way on belongs to another pose
+  CHECK(body.x() == x);
+  REQUIRE(body.linearise(slack) == Pose::kUsable);
+  CHECK(body.advance(slack) < 1e-9);
+}
+
+TEST_CASE("Efforts that are not finite are refused and leave the body where it is", "[law]") {
+  testing::Beam beam;
+  Equilibrium body(beam.model, beam.constraints);
+  REQUIRE(body.linearise(Eigen::Vector2d::Zero()) == Pose::kUsable);
+  const Eigen::VectorXd x = body.x();
+  CHECK(body.linearise(Eigen::Vector2d(NAN, 0)) == Pose::kDiverged);
+  CHECK(body.advance(Eigen::Vector2d::Zero()) == 0);
+  CHECK(body.x() == x);
+  REQUIRE(body.linearise(Eigen::Vector2d::Zero()) == Pose::kUsable);
+  body.advance(Eigen::Vector2d(NAN, 0));
+  CHECK(body.linearise(Eigen::Vector2d::Zero()) == Pose::kUsable);
+  CHECK(body.x() == x);
+}
+
 TEST_CASE("A buckled column is not called an equilibrium", "[law]") {
   // Upright and so heavy that it would fall to a side; Newton's method on the symmetric mesh may stay
   // upright.

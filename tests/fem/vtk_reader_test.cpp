@@ -282,6 +282,8 @@ TEST_CASE("A legacy VTK file that cannot be used says what is wrong and where", 
   CHECK_THAT(reading(kOldVtk, "1000 0 0", "1000 zero 0"),
              Contains("a.vtk:6: found 'zero', expected a number"));
   CHECK_THAT(reading(kOldVtk, "4 0 1 2 3", "8 0 1 2 3"), Contains("cell 2 goes beyond the 14 integers"));
+  CHECK_THAT(reading(kOldVtk, "CELLS 3 14", "CELLS 4 14"), Contains("cell 3 goes beyond the 14 integers"));
+  CHECK_THAT(reading(kNewVtk, "OFFSETS vtktypeint64", "OFFSETS float"), Contains("floating point"));
   CHECK_THAT(reading(kOldVtk, "4 0 1 2 3", "3 0 1 2 3"), Contains("a.vtk"));
   CHECK_THAT(reading(kOldVtk, "TYPES 3\n5 10 10", "TYPES 2\n5 10"), Contains("found '3', expected 2 cells"));
   CHECK_THAT(reading(kOldVtk, "CELL_TYPES", "CELL_KINDS"),
@@ -289,6 +291,13 @@ TEST_CASE("A legacy VTK file that cannot be used says what is wrong and where", 
   CHECK_THAT(reading(kNewVtk, "CONNECTIVITY", "CONNECTIONS"),
              Contains("found 'CONNECTIONS', expected CONNECTIVITY"));
   CHECK_THAT(reading(binary_vtk(true), "POINTS 5", "POINTS 99"), Contains("a.vtk: byte"));
+}
+
+TEST_CASE("Values counted against other cells than the file's are no list of materials", "[unit]") {
+  const std::string early = "CELL_DATA 0\nSCALARS part int\nLOOKUP_TABLE default\nCELLS 3 14";
+  const Mesh mesh = read_vtk_legacy(edited(kOldVtk, "CELLS 3 14", early), "a.vtk");
+  CHECK(mesh.tet_count() == 2);
+  for (const auto& [name, tets] : mesh.volumes) CHECK(name.starts_with("material"));
 }
 
 TEST_CASE("Whatever happens to a mesh file, it is read or refused", "[law]") {
