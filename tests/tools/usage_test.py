@@ -1,0 +1,48 @@
+#!/usr/bin/python3
+"""Commands say what is wrong with their arguments before they install or build anything."""
+
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+class UsageTest(unittest.TestCase):
+    """Runs the commands in a tree that has none of the others, so that setup and build cannot be reached."""
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.root = Path(self.folder.name)
+        for name in ("tools/validate", "tools/bench", "tests/validation/cases.cpp"):
+            (self.root / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, self.root / name)
+
+    def run_command(self, name, *arguments):
+        return subprocess.run([self.root / "tools" / name, *arguments], capture_output=True, text=True, check=False)
+
+    def test_validate_lists_its_cases(self):
+        ended = self.run_command("validate", "--list")
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        header = (ROOT / "tests/validation/cases.h").read_text()
+        declared = [line.split("void ")[1].split("(")[0] for line in header.splitlines() if line.startswith("void ")]
+        self.assertEqual(ended.stdout.split(), declared)
+
+    def test_validate_refuses_a_case_that_is_not_there(self):
+        ended = self.run_command("validate", "lame", "lamé")
+        self.assertEqual((ended.returncode, ended.stdout), (2, ""))
+        self.assertIn("there is no case lamé; the cases are patch, ", ended.stderr)
+
+    def test_bench_refuses_what_it_cannot_measure(self):
+        for arguments, said in (([], "needs the word model"), (["qp"], "cannot measure qp, only model")):
+            ended = self.run_command("bench", *arguments)
+            self.assertEqual(ended.returncode, 2)
+            self.assertEqual(ended.stderr, f"bench: {said}; tools/bench --help explains it\n")
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main())
