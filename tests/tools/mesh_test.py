@@ -95,7 +95,10 @@ class MeshTest(unittest.TestCase):
         """What the command prints and its exit code."""
         sys.argv = ["mesh", *map(str, arguments)]
         with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as err:
-            code = mesh.main()
+            try:
+                code = mesh.main()
+            except SystemExit as end:  # argparse
+                code = end.code
         return out.getvalue() + err.getvalue(), code
 
     def refusal(self, triangles):
@@ -145,11 +148,33 @@ class MeshTest(unittest.TestCase):
         self.assertIn("crosses itself near (", self.refusal(crossing))
         self.assertIn("no triangles", self.refusal([]))
         said, code = self.run_mesh(self.path("missing.stl"), "--size", "5mm")
-        self.assertEqual((code, "missing.stl" in said), (1, True))
+        self.assertEqual(code, 2)
+        self.assertIn(f"mesh: there is no file {self.path('missing.stl')}", said)
         write_stl(self.path("box.stl"), box((0, 0, 0), (20, 20, 30)))
         said, code = self.run_mesh(self.path("box.stl"), "--size", "8mm", "--region", "far=90 90 90 99 99 99")
         self.assertEqual(code, 1)
         self.assertIn("region 'far': no triangle", said)
+
+
+    def test_a_size_has_a_unit(self):
+        write_stl(self.path("box.stl"), box((0, 0, 0), (20, 20, 30)))
+        for size in ("5", "5 inch", "0mm", "1.2.3mm"):
+            said, code = self.run_mesh(self.path("box.stl"), "--size", size)
+            self.assertEqual(code, 2)
+            self.assertIn(f"found '{size}', expected a length above 0 and its unit (m, cm, mm or um), as in 5mm", said)
+        said, code = self.run_mesh(self.path("box.stl"), "--size", "1e-2m")
+        self.assertEqual(code, 0, said)
+
+    def test_bodies_that_do_not_meet_are_told(self):
+        pair = [box((0, 0, 0), (20, 20, 20)), box((30, 0, 0), (50, 20, 20))]
+        self.assertIn("bounds 2 separate bodies, one of them at (30, 0, 0)", self.refusal(np.concatenate(pair)))
+        nested = [box((0, 0, 0), (30, 30, 30)), box((5, 5, 5), (25, 25, 25)), box((10, 10, 10), (20, 20, 20))]
+        self.assertIn("bounds 2 separate bodies", self.refusal(np.concatenate(nested)))
+        for gap, expected in ((5, True), (0, False)):
+            write_step(self.path("two.step"), [((0, 0, 0), (10, 10, 10)), ((10 + gap, 0, 0), (20, 10, 10))])
+            said, code = self.run_mesh(self.path("two.step"), "--size", "5mm")
+            self.assertEqual(code, 0, said)
+            self.assertEqual("the body falls into 2 parts that share no node" in said, expected)
 
 
 if __name__ == "__main__":

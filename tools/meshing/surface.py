@@ -111,16 +111,37 @@ def goes_through(start, end, triangles, margin=1e-9):
     return inside & (np.abs(determinant) > margin * scale)
 
 
-def shells(triangles):
-    """The closed surfaces that a set of triangles falls into: for each triangle the number of its own, from 0."""
-    label = np.arange(triangles.max() + 1)
-    while True:  # the least number of each triangle's corners spreads until nothing changes
-        least = label[triangles].min(axis=1)
+def check_one_body(points, triangles):
+    """Refuses a surface that bounds several bodies: shells that lie inside no other one, or inside a cavity."""
+    shell = shells(triangles)
+    parts = [triangles[shell == k] for k in range(shell.max() + 1)]
+    depth = [sum(surrounds(points, other, points[part[0, 0]]) for other in parts if other is not part) for part in parts]
+    bodies = [part for part, around in zip(parts, depth) if around % 2 == 0]
+    if len(bodies) > 1:
+        raise SurfaceError(f"the surface bounds {len(bodies)} separate bodies, one of them at "
+                           f"{place(points[bodies[1][0, 0]])}; unite them in the program that drew it (a Boolean "
+                           "union), or mesh each by itself")
+
+
+def surrounds(points, shell, p):
+    """Whether a closed surface seen from p covers all directions  [Van Oosterom & Strackee, IEEE TBME 30, 1983]."""
+    a, b, c = (points[shell[:, k]] - p for k in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
+    half_angles = np.arctan2(np.einsum("ij,ij->i", a, np.cross(b, c)), la * lb * lc + ab * lc + bc * la + ca * lb)
+    return abs(half_angles.sum()) > np.pi  # 2 pi inside, 0 outside
+
+
+def shells(cells):
+    """The connected parts that a set of triangles or tetrahedra falls into: for each the number of its own, from 0."""
+    label = np.arange(cells.max() + 1)
+    while True:  # the least number of each cell's corners spreads until nothing changes
+        least = label[cells].min(axis=1)
         new = label.copy()
-        for k in range(3):
-            np.minimum.at(new, triangles[:, k], least)
+        for k in range(cells.shape[1]):
+            np.minimum.at(new, cells[:, k], least)
         new = new[new]
         if np.array_equal(new, label):
             break
         label = new
-    return np.unique(label[triangles[:, 0]], return_inverse=True)[1]
+    return np.unique(label[cells[:, 0]], return_inverse=True)[1]
