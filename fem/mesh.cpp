@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <numeric>
 #include <set>
 #include <tuple>
 
@@ -14,6 +15,9 @@ constexpr int kCulpritsNamed = 5;
 // A tetrahedron is flat when its volume is below this share of the cube of its longest edge: an element of
 // that shape cannot be integrated to useful accuracy in double precision.
 constexpr double kFlat = 1e-9;
+// Nodes nearer than this share of the body's diagonal are at one place: files round coordinates more
+// coarsely.
+constexpr double kCoincident = 1e-9;
 
 /// Collects the first few of a kind of fault and counts the rest.
 class Culprits {
@@ -21,6 +25,7 @@ class Culprits {
   void add(const std::string& text) {
     if (count_++ < kCulpritsNamed) list_ += (list_.empty() ? "" : ", ") + text;
   }
+  int count() const { return count_; }
   void refuse_if_any(const std::string& fault, const std::string& remedy) const {
     if (count_ == 0) return;
     const std::string more =
@@ -74,6 +79,13 @@ void check_shapes(const Mesh& mesh) {
     else if (volume < 0)
       inverted.add(tet_at(mesh, t));
   }
+  // Of a single tetrahedron there is no telling a habit from a mistake.
+  if (mesh.tet_count() > 1 && inverted.count() == mesh.tet_count())
+    throw MeshError(
+        fmt::format("all {} tetrahedra are inverted: the file numbers their corners the other way round, "
+                    "expected the fourth on the side from which the first three turn counter-clockwise; swap "
+                    "two corners of each where the file is written",
+                    mesh.tet_count()));
   inverted.refuse_if_any("tetrahedra are inverted", "swap two of their corners or mesh the body again");
   flat.refuse_if_any("tetrahedra are flat", "mesh the body again with a quality bound");
 }
@@ -131,6 +143,26 @@ void check_neighbours(const Mesh& mesh) {
                             "mesh the body again as one volume");
 }
 
+/// Refuses nodes at one place: what is on either side of them looks joined and would fall apart.
+void check_apart(const Mesh& mesh) {
+  const Eigen::Vector3d size = mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff();
+  const double least = kCoincident * size.norm();
+  // Along a direction askew to all grids few nodes share a place, so that only neighbours need comparing.
+  const Eigen::VectorXd along = mesh.nodes.transpose() * Eigen::Vector3d(0.7347, 0.5618, 0.3804);
+  std::vector<int> order(mesh.node_count());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(),
+            [&](int i, int j) { return std::tie(along[i], i) < std::tie(along[j], j); });
+  Culprits pairs;
+  for (size_t k = 0; k < order.size(); ++k)
+    for (size_t l = k + 1; l < order.size() && along[order[l]] - along[order[k]] <= least; ++l)
+      if ((mesh.nodes.col(order[l]) - mesh.nodes.col(order[k])).norm() <= least) {
+        const auto [i, j] = std::minmax(order[k], order[l]);
+        pairs.add(fmt::format("{} and {} at {}", i, j, place(mesh.nodes.col(i))));
+      }
+  pairs.refuse_if_any("pairs of nodes coincide", "merge them (in Gmsh: Coherence Mesh)");
+}
+
 std::vector<char> used_nodes(const Mesh& mesh) {
   std::vector<char> used(mesh.node_count(), 0);
   for (const auto& tet : mesh.tets)
@@ -163,6 +195,7 @@ void check(const Mesh& mesh) {
   for (int i = 0; i < mesh.node_count(); ++i)
     if (!used[i]) unreferenced.add(fmt::format("node {} at {}", i, place(mesh.nodes.col(i))));
   unreferenced.refuse_if_any("nodes belong to no tetrahedron", "remove them from the mesh file");
+  check_apart(mesh);
 }
 
 std::vector<int> nodes_in(const Mesh& mesh, const Space& space) {

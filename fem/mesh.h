@@ -34,8 +34,8 @@ double signed_volume(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const E
 
 /// Refuses a mesh that no model can be built on: indices out of range, coordinates that are not finite,
 /// inverted or flat tetrahedra, such as are there twice or overlap a neighbour, faces of more than two of
-/// them, nodes that no tetrahedron uses. Poorly shaped ones pass, see mesh_quality(); whether every part of
-/// the body is held is for the model to say.
+/// them, nodes that no tetrahedron uses, nodes at one place. Poorly shaped ones pass, see mesh_quality();
+/// whether every part of the body is held is for the model to say.
 /// @throws MeshError with the numbers (from 0) and places of the first few culprits
 /// Real-time: no.
 void check(const Mesh& mesh);

@@ -23,6 +23,11 @@ TEST_CASE("A mesh that no model can stand on is refused with the culprits' numbe
   std::swap(inverted.tets[3][0], inverted.tets[3][1]);
   CHECK_THAT(refusal([&] { check(inverted); }), Contains("1 tetrahedra are inverted: tetrahedron 3 at ("));
 
+  Mesh mirrored = good;
+  for (auto& tet : mirrored.tets) std::swap(tet[2], tet[3]);
+  CHECK_THAT(refusal([&] { check(mirrored); }),
+             Contains("all 12 tetrahedra are inverted: the file numbers their corners the other way round"));
+
   Mesh flat = good;
   flat.tets.push_back({0, 1, 4, 4});
   CHECK_THAT(refusal([&] { check(flat); }), Contains("tetrahedra are flat: tetrahedron 12"));
@@ -68,6 +73,27 @@ TEST_CASE("Tetrahedra that do not fill space side by side are refused with their
   overlapping.tets.push_back({0, 2, 3, nodes});
   CHECK_THAT(refusal([&] { check(overlapping); }),
              Contains("lie on the same side of their common face: ") && Contains("and tetrahedron 12 at ("));
+}
+
+TEST_CASE("Parts of a body that touch without sharing nodes are refused with the places", "[unit]") {
+  const Mesh one = testing::beam(2, 1, 1, 0.01);
+  const int n = one.node_count();
+  const auto two_parts = [&](double apart) {
+    Mesh two = one;
+    two.nodes.conservativeResize(Eigen::NoChange, 2 * n);
+    two.nodes.rightCols(n) = one.nodes.colwise() + Eigen::Vector3d(0.02 + apart, 0, 0);
+    for (auto tet : one.tets) {
+      for (int& node : tet) node += n;
+      two.tets.push_back(tet);
+    }
+    return two;
+  };
+  const double rounding = 1e-12;  // m, as of a file with nine digits in mm
+  for (const double apart : {0.0, rounding})
+    CHECK_THAT(refusal([&] { check(two_parts(apart)); }), Contains("4 pairs of nodes coincide: ") &&
+                                                              Contains("8 and 12 at (20, 0, 0) mm") &&
+                                                              Contains("; merge them"));
+  CHECK_NOTHROW(check(two_parts(1e-6)));
 }
 
 TEST_CASE("A box picks the nodes inside it, borders included", "[unit]") {

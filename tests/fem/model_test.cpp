@@ -232,8 +232,7 @@ TEST_CASE("A body that falls into parts is refused unless every part is held", "
   Mesh two = one;
   const int n = one.node_count();
   two.nodes.conservativeResize(Eigen::NoChange, 2 * n);
-  two.nodes.rightCols(n) =
-      one.nodes.colwise() + Eigen::Vector3d(0.02, 0, 0);  // touches the first, shares no node
+  two.nodes.rightCols(n) = one.nodes.colwise() + Eigen::Vector3d(0.021, 0, 0);  // 1 mm apart
   for (auto tet : one.tets) {
     for (int& node : tet) node += n;
     two.tets.push_back(tet);
