@@ -11,7 +11,7 @@
 namespace tendril::fem {
 namespace {
 
-constexpr int kTet = 4;
+constexpr int kTet = 4, kCurvedTet = 11;
 // Element types that may stand beside tetrahedra, and their numbers of nodes: points, lines and faces.
 const std::map<int, int> kFlatTypes = {{15, 1}, {1, 2}, {8, 3}, {2, 3}, {9, 6}, {3, 4}, {16, 8}, {10, 9}};
 
@@ -117,6 +117,11 @@ void read_elements(TextCursor in, const NodeIndices& index_of,
     const int entity = in.number<int>("an entity tag");
     const int type = in.number<int>("an element type");
     const auto flat = kFlatTypes.find(type);
+    if (type == kCurvedTet)
+      in.fail_with(
+          fmt::format("found second-order tetrahedra (type {}), expected linear ones (type {}); export with "
+                      "element order 1 (Mesh.ElementOrder = 1)",
+                      kCurvedTet, kTet));
     if (type != kTet && flat == kFlatTypes.end())
       in.fail("element type 4, the linear tetrahedron, or faces, lines and points (Mesh.ElementOrder = 1)");
     const auto found = groups.find({dimension, entity});

@@ -77,7 +77,10 @@ TEST_CASE("A mesh file that cannot be used says what is wrong and on which line"
              Contains("a.msh:15: found 5000000000 for a number of nodes"));
   CHECK_THAT(edited("$EndNodes", ""), Contains("a.msh:14: section $Nodes has no end"));
   CHECK_THAT(edited("$Nodes", "$Knots"), Contains("section $Nodes is missing"));
-  CHECK_THAT(edited("3 9 4 2", "3 9 11 2"), Contains("a.msh:33: found '11', expected element type 4"));
+  CHECK_THAT(edited("3 9 4 2", "3 9 5 2"), Contains("a.msh:33: found '5', expected element type 4"));
+  CHECK_THAT(edited("3 9 4 2", "3 9 11 2"),
+             Contains("a.msh:33: found second-order tetrahedra (type 11), expected linear ones (type 4); "
+                      "export with element order 1"));
 }
 
 }  // namespace
