@@ -51,6 +51,12 @@ std::vector<Face> boundary(const Mesh& mesh) {
   return result;
 }
 
+double enclosed_volume(const Mesh& mesh, const std::vector<Face>& wall) {
+  double volume = 0;
+  for (const auto& [node, under] : volumes_under_pieces(mesh, wall)) volume -= under;
+  return volume;
+}
+
 void check_closed(const Mesh& mesh, const std::vector<Face>& surface) {
   if (surface.empty()) throw MeshError("the surface has no faces");
   std::map<std::pair<int, int>, int> passes;  // of an edge, upward less downward

@@ -22,6 +22,11 @@ std::vector<Face> boundary(const Mesh& mesh);
 /// body Real-time: no (allocates).
 std::vector<Face> closed_surface(const Mesh& mesh, const std::vector<int>& nodes);
 
+/// The volume in a cavity with the mesh at rest.
+/// @param wall  of closed_surface()
+/// @return      m³
+double enclosed_volume(const Mesh& mesh, const std::vector<Face>& wall);
+
 /// Refuses a surface that leaks: each edge must be passed as often one way as the other.
 /// @throws MeshError with the place of an open edge, or if there is no face
 /// Real-time: no (allocates).

@@ -60,6 +60,7 @@ TEST_CASE("A cavity's wall looks into the cavity and encloses it, in whichever o
   const auto wall = closed_surface(chamber.mesh, nodes);
   const Measures m = measures(chamber.mesh, wall);
   CHECK(m.volume == Approx(-Chamber::kVolume));
+  CHECK(enclosed_volume(chamber.mesh, wall) == Approx(Chamber::kVolume));
   CHECK(m.area == Approx(10e-4));
   CHECK(m.vector_area.norm() < 1e-15);
 }
