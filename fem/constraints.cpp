@@ -83,40 +83,44 @@ class Builder {
   const Model& model_;
 };
 
-/// @param what  and its number, for messages
+/// The coordinates of one actuator or effector.
 template <typename Result, typename Kind>
-Result build(const Model& model, const Kind& kind, const std::string& what) {
+Result build(const Model& model, const Kind& kind, ConstraintError::Role role, int index) {
   try {
     return std::visit(Builder(model), kind);
   } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(fmt::format("{}: {}", what, error.what()));
+    throw ConstraintError(role, index, error.what());
   }
 }
 
-void refuse_if_held(const Coordinate& coordinate, const std::string& what) {
-  if (nodes_of(coordinate).empty())
-    throw std::invalid_argument(fmt::format("{} is attached to fixed nodes only", what));
+void refuse_if_held(const Coordinate& coordinate, ConstraintError::Role role, int index) {
+  if (nodes_of(coordinate).empty()) throw ConstraintError(role, index, "it is attached to fixed nodes only");
 }
 
 }  // namespace
+
+ConstraintError::ConstraintError(Role whose, int number, const std::string& why)
+    : std::invalid_argument(
+          fmt::format("{} {}: {}", whose == kActuator ? "actuator" : "effector", number, why)),
+      role(whose),
+      index(number),
+      reason(why) {}
 
 Constraints::Constraints(const Model& model, const std::vector<Actuator>& actuators,
                          const std::vector<Effector>& effectors)
     : pull_only_(actuators.size()), rest_(actuators.size()) {
   for (int a = 0; a < static_cast<int>(actuators.size()); ++a) {
-    const std::string what = fmt::format("actuator {}", a);
-    actuators_.push_back(build<Coordinate>(model, actuators[a], what));
-    refuse_if_held(actuators_.back(), what);
+    actuators_.push_back(build<Coordinate>(model, actuators[a], ConstraintError::kActuator, a));
+    refuse_if_held(actuators_.back(), ConstraintError::kActuator, a);
     pull_only_[a] = std::holds_alternative<Cable>(actuators[a]);
     rest_[a] = value(actuators_.back(), model.rest());
   }
-  for (size_t e = 0; e < effectors.size(); ++e) {
-    const std::string what = fmt::format("effector {}", e);
-    for (auto& coordinate : build<std::vector<Coordinate>>(model, effectors[e], what)) {
-      refuse_if_held(coordinate, what);
+  for (int e = 0; e < static_cast<int>(effectors.size()); ++e)
+    for (auto& coordinate :
+         build<std::vector<Coordinate>>(model, effectors[e], ConstraintError::kEffector, e)) {
+      refuse_if_held(coordinate, ConstraintError::kEffector, e);
       effectors_.push_back(std::move(coordinate));
     }
-  }
   const StiffnessMatrix K = model.make_stiffness(cliques());
   blocks_ = K.rows().size();
   for (auto& actuator : actuators_) std::visit([&](auto& q) { q.bind(K); }, actuator);

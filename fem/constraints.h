@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <stdexcept>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -47,6 +49,16 @@ struct VolumeEffector {
 
 using Effector = std::variant<PointEffector, VolumeEffector>;
 
+/// What is wrong with one of the actuators or effectors that constraints are made of.
+struct ConstraintError : std::invalid_argument {
+  enum Role { kActuator, kEffector };
+  ConstraintError(Role whose, int number, const std::string& why);
+
+  Role role;
+  int index;           ///< in its list
+  std::string reason;  ///< what() without role and index
+};
+
 /// The m actuators and e effector coordinates of a robot and their directions J in the space of the unknowns.
 ///
 /// Every actuator drives a scalar q_a(x) of the pose. Its displacement is δ_a = q_a(x) − q_a(x_rest), its row
@@ -54,7 +66,7 @@ using Effector = std::variant<PointEffector, VolumeEffector>;
 class Constraints {
  public:
   /// Keeps a reference to the model.
-  /// @throws std::invalid_argument with the number of the actuator or effector, from 0, if it can move
+  /// @throws ConstraintError if an actuator or effector can move
   ///         nothing, or its geometry is bad: two neighbouring points that coincide at rest, a cable of one
   ///         point, a direction of length zero, a mean of no points, a surface that is not closed
   Constraints(const Model& model, const std::vector<Actuator>& actuators,

@@ -221,8 +221,9 @@ TEST_CASE("Actuators and effectors that nothing can move, or of bad geometry, ar
   };
   const Cable good{{tip, guide}};
   CHECK_THAT(refusal({good, Cable{{held, guide}}}, {}),
-             Contains("actuator 1 is attached to fixed nodes only"));
-  CHECK_THAT(refusal({}, {PointEffector{{held}}}), Contains("effector 0 is attached to fixed nodes only"));
+             Contains("actuator 1: it is attached to fixed nodes only"));
+  CHECK_THAT(refusal({}, {PointEffector{{held}}}),
+             Contains("effector 0: it is attached to fixed nodes only"));
   CHECK_THAT(refusal({Cable{{tip}}}, {}), Contains("actuator 0: a cable has 1 points"));
   CHECK_THAT(refusal({Cable{{tip, guide, guide}}}, {}), Contains("points 1 and 2 coincide"));
   CHECK_THAT(refusal({good, Rod{tip, tip}}, {}), Contains("actuator 1: its points 0 and 1 coincide"));
