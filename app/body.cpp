@@ -39,8 +39,8 @@ std::vector<int> members(const Config& config, const RegionConfig& region, const
     std::vector<int> found = in(*space);
     if (found.empty())
       refuse(config, region.line,
-             fmt::format("{}.{}: found no {} of the mesh inside", key,
-                         std::holds_alternative<fem::Box>(*space) ? "box" : "sphere", kind));
+             fmt::format("{}: found no {} of the mesh inside the {}", key, kind,
+                         std::holds_alternative<fem::Box>(*space) ? "box" : "sphere"));
     return found;
   }
   const auto& name = std::get<std::string>(region.where);

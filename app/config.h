@@ -108,6 +108,7 @@ struct ForceConfig {
 /// A cavity that is filled by a pump: its effort is the pressure, its displacement the growth of its volume.
 struct CavityConfig {
   RegionConfig region;  // of nodes: those of its wall
+  int growth_line = 0;  // of the limits of its growth
 };
 
 /// What moves the body, and its drive. The unit of effort is Pa and that of displacement m³ for a cavity;

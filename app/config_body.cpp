@@ -159,7 +159,10 @@ void read_pump(Reader& r, DriveConfig& drive) {
 void read_cavity(Reader& r, ActuatorConfig& actuator) {
   r.may("cavity", actuator.kind.emplace<CavityConfig>().region, read_region);
   r.need("pressure", actuator.effort_min, actuator.effort_max, Dimension::kPressure);
-  r.need("growth", actuator.displacement_min, actuator.displacement_max, Dimension::kVolume);
+  r.need("growth", actuator, [](const Value& v, ActuatorConfig& filled) {
+    std::get<CavityConfig>(filled.kind).growth_line = v.line();
+    v.read(filled.displacement_min, filled.displacement_max, Dimension::kVolume);
+  });
   r.need("top_flow", actuator.top_rate, Dimension::kFlow, kPositive);
   r.need("drive", actuator.drive, read_pump);
 }

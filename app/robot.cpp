@@ -10,6 +10,35 @@
 namespace tendril::app {
 namespace {
 
+/// Where a robot file says what an actuator or effector is attached to.
+struct Place {
+  const char* key;
+  int line;
+};
+
+Place place_of(const CableConfig& cable) { return {"cable", cable.points.front().line}; }
+Place place_of(const RodConfig& rod) { return {"rod", rod.from.line}; }
+Place place_of(const ForceConfig& force) { return {"push", force.at.line}; }
+Place place_of(const CavityConfig& filled) { return {"cavity", filled.region.line}; }
+Place place_of(const ActuatorConfig& actuator) {
+  return std::visit([](const auto& kind) { return place_of(kind); }, actuator.kind);
+}
+Place place_of(const EffectorConfig& effector) {
+  if (effector.cavity) return {"cavity", effector.cavity->line};
+  return {effector.points.size() == 1 ? "point" : "points", effector.points.front().line};
+}
+
+/// A key for messages: "actuators[0].cable (left)".
+std::string key_of(const char* list, int index, const char* key, const std::string& name) {
+  return fmt::format("{}[{}].{} ({})", list, index, key, name);
+}
+std::string actuator_key(const Config& config, int index, const char* key) {
+  return key_of("actuators", index, key, config.actuators[index].name);
+}
+std::string effector_key(const Config& config, int index, const char* key) {
+  return key_of("effectors", index, key, config.effectors[index].name);
+}
+
 /// What attaches the parts of one actuator or effector to a body.
 struct Attacher {
   const fem::Model& model;
@@ -20,9 +49,7 @@ struct Attacher {
   fem::CablePoint end(const PointConfig& point) const {
     return point.on_body ? fem::CablePoint(at(point)) : fem::CablePoint(point.at);
   }
-  std::vector<fem::Face> cavity(const RegionConfig& region) const {
-    return wall(model, config, region, key + ".cavity");
-  }
+  std::vector<fem::Face> cavity(const RegionConfig& region) const { return wall(model, config, region, key); }
 
   fem::Actuator operator()(const CableConfig& cable) const {
     fem::Cable attached;
@@ -43,18 +70,53 @@ struct Attacher {
   }
 };
 
+/// Refuses to take more out of a cavity than is in it.
+void check_growth(const fem::Model& body, const Config& config, int index, const fem::Pressure& pressure) {
+  const ActuatorConfig& actuator = config.actuators[index];
+  const double volume = fem::enclosed_volume(body.mesh(), pressure.surface);
+  if (actuator.displacement_min > -volume) return;
+  refuse(config, std::get<CavityConfig>(actuator.kind).growth_line,
+         fmt::format("{}: found {:g} ml, expected more than {:.4g} ml, as the cavity holds {:.4g} ml at rest",
+                     actuator_key(config, index, "growth"), 1e6 * actuator.displacement_min, -1e6 * volume,
+                     1e6 * volume));
+}
+
+std::vector<fem::Actuator> attach_actuators(const fem::Model& body, const Config& config) {
+  std::vector<fem::Actuator> result;
+  for (int a = 0; a < static_cast<int>(config.actuators.size()); ++a) {
+    const ActuatorConfig& actuator = config.actuators[a];
+    const Attacher attacher{body, config, actuator_key(config, a, place_of(actuator).key)};
+    result.push_back(std::visit(attacher, actuator.kind));
+    if (const auto* pressure = std::get_if<fem::Pressure>(&result.back()))
+      check_growth(body, config, a, *pressure);
+  }
+  return result;
+}
+
+std::vector<fem::Effector> attach_effectors(const fem::Model& body, const Config& config) {
+  std::vector<fem::Effector> result;
+  for (int e = 0; e < static_cast<int>(config.effectors.size()); ++e) {
+    const EffectorConfig& effector = config.effectors[e];
+    result.push_back(Attacher{body, config, effector_key(config, e, place_of(effector).key)}(effector));
+  }
+  return result;
+}
+
+[[noreturn]] void refuse(const Config& config, const fem::ConstraintError& error) {
+  const bool is_actuator = error.role == fem::ConstraintError::kActuator;
+  const Place place =
+      is_actuator ? place_of(config.actuators[error.index]) : place_of(config.effectors[error.index]);
+  const auto key = is_actuator ? actuator_key : effector_key;
+  refuse(config, place.line, fmt::format("{}: {}", key(config, error.index, place.key), error.reason));
+}
+
 std::unique_ptr<Robot> build(const Config& config, fem::Model body) {
-  std::vector<fem::Actuator> actuators;
-  for (const ActuatorConfig& actuator : config.actuators)
-    actuators.push_back(
-        std::visit(Attacher{body, config, fmt::format("actuator '{}'", actuator.name)}, actuator.kind));
-  std::vector<fem::Effector> effectors;
-  for (const EffectorConfig& effector : config.effectors)
-    effectors.push_back(Attacher{body, config, fmt::format("effector '{}'", effector.name)}(effector));
+  const auto actuators = attach_actuators(body, config);
+  const auto effectors = attach_effectors(body, config);
   try {
     return std::make_unique<Robot>(std::move(body), actuators, effectors);
-  } catch (const std::invalid_argument& error) {
-    throw ConfigError(fmt::format("{}: {}", config.file.string(), error.what()));
+  } catch (const fem::ConstraintError& error) {
+    refuse(config, error);
   }
 }
 

@@ -82,15 +82,25 @@ TEST_CASE("What of a cavity, a load or a region does not fit the mesh is refused
     return std::string("no error");
   };
   const auto at = [](int line) { return Catch::Contains("robot.yaml:" + std::to_string(line) + ": "); };
-  CHECK_THAT(
-      refused("cavity: {box: [-5 -5 10 mm, 5 5 50 mm]}\n", "cavity: chamber\n"),
-      at(20) && Catch::Contains("actuator 'air'.cavity: found 'chamber', expected a region of block.msh"));
+  CHECK_THAT(refused("cavity: {box: [-5 -5 10 mm, 5 5 50 mm]}\n", "cavity: chamber\n"),
+             at(20) && Catch::Contains(
+                           "actuators[0].cavity (air): found 'chamber', expected a region of block.msh"));
   CHECK_THAT(
       refused("cavity: {box: [-5 -5 10 mm, 5 5 50 mm]}\n", "cavity: {box: [-5 -5 10 mm, 5 5 40 mm]}\n"),
-      at(20) && Catch::Contains("actuator 'air'.cavity: "));
+      at(20) && Catch::Contains("actuators[0].cavity (air): "));
   CHECK_THAT(refused("where: {box: [-15 -15 0 mm, 15 15 10 mm]}", "where: {sphere: 0 0 100 1 mm}"),
-             at(8) && Catch::Contains("material.regions[0].where.sphere: found no tetrahedron"));
+             at(8) && Catch::Contains("material.regions[0].where: found no tetrahedron"));
   CHECK_THAT(refused("{at: 0 0 60 mm", "{at: 0 0 70 mm"), at(13) && Catch::Contains("loads"));
+}
+
+TEST_CASE("No more may be taken out of a cavity than it holds at rest", "[unit]") {
+  const auto growth = [](const std::string& least) {
+    return Block({{"growth: -1 ", "growth: " + least + " "}});
+  };
+  CHECK_NOTHROW(build_model(growth("-3.99").config));
+  CHECK_THROWS_WITH(build_model(growth("-4.01").config),
+                    Catch::Contains("robot.yaml:22: actuators[0].growth (air): found -4.01 ml, expected more "
+                                    "than -4 ml, as the cavity holds 4 ml at rest"));
 }
 
 TEST_CASE("The heavier the weight of the volume, the less of it is given up for the tip", "[law]") {

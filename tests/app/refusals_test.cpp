@@ -85,7 +85,7 @@ TEST_CASE("A robot that does not fit its mesh is refused with the line and the r
   check_mistake("fixed: base", "fixed: root",
                 {"fixed: found 'root'", "expected a region of finger.msh: base, body"});
   check_mistake("[body 5 0 -90 mm", "[body 5 0 -120 mm",
-                {"actuator 'right'", "(5, 0, -120) mm lies 20 mm outside the mesh",
+                {"actuators[0].cable (right): ", "(5, 0, -120) mm lies 20 mm outside the mesh",
                  "the nearest point of the body is (5, ", "'snap'"});
 }
 

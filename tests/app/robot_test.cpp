@@ -35,12 +35,21 @@ void check_refused(const std::string& good, const std::string& bad,
 TEST_CASE("What does not fit the mesh is refused with file, line and culprit", "[unit]") {
   check_refused("fixed: base", "fixed: root", {"found 'root'", "a region of finger.msh: base, body"});
   check_refused("fixed: base", "fixed: {box: [1 1 1 m, 2 2 2 m]}",
-                {"fixed.box: found no node of the mesh inside"});
+                {"fixed: found no node of the mesh inside the box"});
   check_refused("fixed: base", "fixed: {box: [-11 -8 -1 mm, -9 -7 1 mm]}", {"fixed: ", "three"});
   check_refused("guide 5 0 0 mm", "body 5 0 2 mm",
-                {"actuator 'right'", "(5, 0, 2) mm lies 2 mm outside the mesh",
+                {"actuators[0].cable (right): ", "(5, 0, 2) mm lies 2 mm outside the mesh",
                  "the nearest point of the body is (5, ", "'snap'"});
-  check_refused("point: 0 0 -100 mm", "point: 0 0 -103 mm", {"effector 'tip'", "lies 3 mm outside the mesh"});
+  check_refused("point: 0 0 -100 mm", "point: 0 0 -103 mm",
+                {"effectors[0].point (tip): ", "lies 3 mm outside the mesh"});
+}
+
+TEST_CASE("What no effort could move is refused with its line and its name", "[unit]") {
+  check_refused("point: 0 0 -100 mm", "point: 0 0 0 mm",
+                {"effectors[0].point (tip): it is attached to fixed nodes only"});
+  check_refused("cable: [body 5 0 -90 mm, body 5 0 -60 mm, body 5 0 -30 mm, guide 5 0 0 mm]",
+                "cable: [body 5 0 0 mm, guide 5 0 20 mm]",
+                {"actuators[0].cable (right): it is attached to fixed nodes only"});
 }
 
 TEST_CASE("A point outside the mesh by no more than snap is attached", "[unit]") {
