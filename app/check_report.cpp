@@ -5,20 +5,29 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/body.h"
 #include "app/bus_check.h"
-#include "app/inverse_statics.h"
 #include "app/model_refresher.h"
-#include "app/motion.h"
+#include "app/waypoint_check.h"
 #include "fem/mesh_quality.h"
 #include "rt/periodic_clock.h"
 
 namespace tendril::app {
 namespace {
 
-// A waypoint that the model misses by more than this is out of reach (the energy term alone costs about 0.1
-// mm).
-constexpr double kReached = 1e-3;  // m
 constexpr int kTimedRefreshes = 20;
+// Between them and 0.5 linear tetrahedra are far too stiff, docs/validation.md.
+constexpr double kLocksAbove = 0.46;
+// What soft bodies weigh, from foam to metal powder in silicone; anything else is a wrong unit.  kg/m³
+constexpr double kDensityMin = 100, kDensityMax = 20000;
+
+/// A number of decimals, but never "-0.0".
+std::string decimals(double value, int digits) {
+  const double scale = std::pow(10, digits);
+  return fmt::format("{:.{}f}", std::round(value * scale) / scale + 0.0, digits);
+}
+
+std::string count(int n, const char* noun) { return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s"); }
 
 /// Effector coordinates for people: "(1.0, 2.0) mm, 3.25 ml", one item an effector.
 std::string describe(const Config& config, const Eigen::VectorXd& p) {
@@ -30,36 +39,11 @@ std::string describe(const Config& config, const Eigen::VectorXd& p) {
     const double value = p[static_cast<Eigen::Index>(r)];
     if (r > 0) text += ", ";
     if (rows[r].is_position())
-      text += fmt::format("{}{:.1f}{}", first ? "(" : "", 1e3 * value, last ? ") mm" : "");
+      text += fmt::format("{}{}{}", first ? "(" : "", decimals(1e3 * value, 1), last ? ") mm" : "");
     else
-      text += fmt::format("{:.2f} ml", 1e6 * value);
+      text += decimals(1e6 * value, 2) + " ml";
   }
   return text;
-}
-
-/// The largest efforts of a solution, by unit: "2.10 N, 12.3 kPa".
-std::string largest_efforts(const Config& config, const Eigen::VectorXd& lambda) {
-  std::string text;
-  for (const bool pressure : {false, true}) {
-    std::optional<double> largest;
-    for (size_t a = 0; a < config.actuators.size(); ++a)
-      if (config.actuators[a].is_cavity() == pressure)
-        largest = std::max(largest.value_or(0), std::abs(lambda[static_cast<Eigen::Index>(a)]));
-    if (!largest) continue;
-    text += text.empty() ? "" : ", ";
-    text += pressure ? fmt::format("{:.2f} kPa", 1e-3 * *largest) : fmt::format("{:.2f} N", *largest);
-  }
-  return text;
-}
-
-/// How far the effector that moves is from its goal, m.
-double miss_of(const Config& config, const Eigen::VectorXd& p_e, const rt::EffectorVector& goal) {
-  double sum = 0;
-  const auto rows = effector_rows(config);
-  for (size_t r = 0; r < rows.size(); ++r)
-    if (rows[r].effector == config.motion->effector)
-      sum += std::pow(p_e[static_cast<Eigen::Index>(r)] - goal[static_cast<Eigen::Index>(r)], 2);
-  return std::sqrt(sum);
 }
 
 /// Median time of a refresh at rest, s.
@@ -76,6 +60,100 @@ double time_refresh(ModelRefresher& model, rt::Snapshot& snapshot) {
   return times[times.size() / 2];
 }
 
+/// What is said of the robot: as JSON, as lines for people, and what is worth a second look.
+struct Report {
+  nlohmann::ordered_json json;
+  std::string lines;
+  std::vector<std::string> advice;
+
+  void line(const std::string& subject, const std::string& text) {
+    lines += fmt::format("  {:12s} {}\n", subject, text);
+  }
+};
+
+void report_mesh(const fem::Model& model, Report& report) {
+  const fem::Mesh& mesh = model.mesh();
+  const fem::Quality quality = fem::mesh_quality(mesh);
+  const int fixed = mesh.node_count() - model.free_nodes();
+  report.json["nodes"] = mesh.node_count();
+  report.json["tetrahedra"] = mesh.tet_count();
+  report.json["fixed_nodes"] = fixed;
+  report.json["mean_ratio_min"] = quality.mean_ratio_min;
+  report.json["mean_ratio_median"] = quality.mean_ratio_median;
+  report.line("mesh", fmt::format("{} nodes, {} tetrahedra, {} nodes fixed", mesh.node_count(),
+                                  mesh.tet_count(), fixed));
+  report.line("shape", fem::summary(quality));
+}
+
+void report_size(const Config& config, const fem::Mesh& mesh, Report& report) {
+  const Eigen::Vector3d size = 1e3 * (mesh.nodes.rowwise().maxCoeff() - mesh.nodes.rowwise().minCoeff());
+  double volume = 0;
+  for (const auto& [a, b, c, d] : mesh.tets)
+    volume += fem::signed_volume(mesh.nodes.col(a), mesh.nodes.col(b), mesh.nodes.col(c), mesh.nodes.col(d));
+  const double density = config.material.mass / volume;
+  report.json["size_mm"] = std::vector<double>(size.begin(), size.end());
+  report.json["volume_ml"] = 1e6 * volume;
+  report.json["density_kg_per_m3"] = density;
+  report.line("size", fmt::format("{:.4g} x {:.4g} x {:.4g} mm, {:.4g} ml, {:.4g} kg/m^3", size.x(), size.y(),
+                                  size.z(), 1e6 * volume, density));
+  if (density < kDensityMin || density > kDensityMax)
+    report.advice.push_back(fmt::format(
+        "material.mass and the mesh make {:.4g} kg/m^3, expected {:g} to {:g}: is mesh.unit right?", density,
+        kDensityMin, kDensityMax));
+}
+
+void report_cavities(const Config& config, const fem::Model& model, Report& report) {
+  report.json["cavities"] = nlohmann::ordered_json::array();
+  std::string text;
+  const auto add = [&](const std::string& name, const RegionConfig& region) {
+    const double volume_ml = 1e6 * fem::enclosed_volume(model.mesh(), wall(model, config, region, name));
+    report.json["cavities"].push_back({{"name", name}, {"volume_at_rest_ml", volume_ml}});
+    text += fmt::format("{}{} {:.4g} ml", text.empty() ? "" : ", ", name, volume_ml);
+  };
+  for (const ActuatorConfig& actuator : config.actuators)
+    if (const auto* filled = std::get_if<CavityConfig>(&actuator.kind)) add(actuator.name, filled->region);
+  for (const EffectorConfig& effector : config.effectors)
+    if (effector.cavity) add(effector.name, *effector.cavity);
+  if (!text.empty()) report.line("cavities", text + " in the shape of the mesh");
+}
+
+void advise_on_locking(const Config& config, Report& report) {
+  const auto advise = [&](const fem::Material& material, const std::string& key) {
+    if (material.poisson_ratio > kLocksAbove && material.dilatation == fem::Dilatation::kElement)
+      report.advice.push_back(fmt::format(
+          "{}.poisson_ratio {:g} locks with dilatation: element, see docs/validation.md; use patches", key,
+          material.poisson_ratio));
+  };
+  advise(config.material.material, "material");
+  for (size_t k = 0; k < config.material.regions.size(); ++k)
+    advise(config.material.regions[k].material, fmt::format("material.regions[{}]", k));
+}
+
+/// @return  whether all of them are reached
+bool report_waypoints(const Config& config, const Robot& robot, const rt::EffectorVector& at_rest,
+                      Report& report) {
+  bool good = true;
+  report.json["reached_within_mm"] = 1e3 * kReached;
+  for (size_t k = 0; k < config.motion->waypoints.size(); ++k) {
+    const WaypointCheck waypoint = check_waypoint(robot, config, config.motion->waypoints[k], at_rest);
+    nlohmann::ordered_json entry;
+    entry["miss_mm"] = waypoint.miss ? nlohmann::ordered_json(1e3 * *waypoint.miss) : nullptr;
+    entry["reached"] = waypoint.reached();
+    entry["at_limits"] = nlohmann::ordered_json::array();
+    for (const AtLimit& at : waypoint.at_limits)
+      entry["at_limits"].push_back({{"actuator", at.actuator},
+                                    {"quantity", at.quantity},
+                                    {"side", at.greatest ? "greatest" : "least"},
+                                    {"limit", at.limit},
+                                    {"unit", at.unit}});
+    report.json["waypoints"].push_back(entry);
+    report.line(fmt::format("waypoint {}", k),
+                fmt::format("{} {}", describe(config, waypoint.goal), verdict(config, waypoint)));
+    good = good && waypoint.reached();
+  }
+  return good;
+}
+
 }  // namespace
 
 int check_robot(const Config& config, bool json) {
@@ -87,56 +165,42 @@ int check_robot(const Config& config, bool json) {
   const bool rests = model.settle(Eigen::VectorXd::Zero(limits.actuators));
   const rt::EffectorVector at_rest = robot->constraints.effector_position(model.x());
   const double refresh_s = rests ? time_refresh(model, *snapshot) : 0;
-  bool good = rests;
 
-  nlohmann::ordered_json result;
-  result["robot"] = config.robot;
-  result["nodes"] = robot->model.mesh().node_count();
-  result["tetrahedra"] = robot->model.mesh().tet_count();
-  result["fixed_nodes"] = robot->model.mesh().node_count() - robot->model.free_nodes();
-  const fem::Quality quality = fem::mesh_quality(robot->model.mesh());
-  result["mean_ratio_min"] = quality.mean_ratio_min;
-  result["mean_ratio_median"] = quality.mean_ratio_median;
-  result["actuators"] = limits.actuators;
-  result["effector_dofs"] = limits.effector_coordinates;
-  result["bus_load"] = budget.load;
-  result["rests"] = rests;
-  result["effectors_at_rest"] = std::vector<double>(at_rest.begin(), at_rest.end());  // m or m³
-  result["refresh_ms"] = 1e3 * refresh_s;
-  result["waypoints"] = nlohmann::ordered_json::array();
-  const std::string rest_line =
+  Report report;
+  report.json["robot"] = config.robot;
+  report_mesh(robot->model, report);
+  report_size(config, robot->model.mesh(), report);
+  report_cavities(config, robot->model, report);
+  advise_on_locking(config, report);
+  report.json["actuators"] = limits.actuators;
+  report.json["effector_dofs"] = limits.effector_coordinates;
+  report.json["bus_load"] = budget.load;
+  report.json["rests"] = rests;
+  report.json["effectors_at_rest"] = std::vector<double>(at_rest.begin(), at_rest.end());  // m or m³
+  report.json["refresh_ms"] = 1e3 * refresh_s;
+  report.json["waypoints"] = nlohmann::ordered_json::array();
+  report.line("robot", fmt::format("{} of at most {}, {} of at most {}", count(limits.actuators, "actuator"),
+                                   kMaxActuators, count(limits.effector_coordinates, "effector coordinate"),
+                                   kMaxEffectorCoordinates));
+  report.line("bus", budget.text);
+  report.line(
+      "body",
       rests ? fmt::format("rests with its effectors at {}, all actuators at displacement 0",
                           describe(config, at_rest))
-            : "finds no rest with all actuators at displacement 0: is the body too soft for its weight?";
-  std::string lines;
-  if (config.motion && rests) {
-    for (size_t k = 0; k < config.motion->waypoints.size(); ++k) {
-      const rt::EffectorVector goal = goal_at(config, config.motion->waypoints[k], at_rest);
-      const StaticReach reached = reach(*robot, config, goal);
-      const double miss = reached.converged ? miss_of(config, reached.p_e, goal) : INFINITY;
-      good = good && miss <= kReached;
-      result["waypoints"].push_back({{"miss_mm", 1e3 * miss}, {"reached", miss <= kReached}});
-      lines +=
-          fmt::format("  waypoint {}   {} {}: the model comes to within {:.2f} mm, with efforts up to {}\n",
-                      k, describe(config, goal), miss <= kReached ? "reached" : "OUT OF REACH", 1e3 * miss,
-                      reached.converged ? largest_efforts(config, reached.lambda) : "what is not known");
-    }
-  }
+            : "finds no rest with all actuators at displacement 0: is the body too soft for its weight?");
+  if (refresh_s > 0)
+    report.line("model",
+                fmt::format("one refresh takes {:.1f} ms here: {:.0f} Hz", 1e3 * refresh_s, 1 / refresh_s));
+  bool good = rests;
+  if (config.motion && rests) good = report_waypoints(config, *robot, at_rest, report);
+  report.json["advice"] = report.advice;
+  for (const std::string& advice : report.advice) report.line("advice", advice);
   if (json) {
-    fmt::print("{}\n", result.dump());
-    return good ? 0 : 1;
+    fmt::print("{}\n", report.json.dump());
+  } else {
+    fmt::print("{}: {}\n{}{}\n", config.file.string(), config.robot, report.lines,
+               good ? "all is well" : "not all is well");
   }
-  fmt::print("{}: {}\n", config.file.string(), config.robot);
-  fmt::print("  mesh         {} nodes, {} tetrahedra, {} nodes fixed\n", result["nodes"].get<int>(),
-             result["tetrahedra"].get<int>(), result["fixed_nodes"].get<int>());
-  fmt::print("  shape        {}\n", fem::summary(quality));
-  fmt::print("  robot        {} actuators of at most {}, {} effector coordinates of at most {}\n",
-             limits.actuators, kMaxActuators, limits.effector_coordinates, kMaxEffectorCoordinates);
-  fmt::print("  bus          {}\n", budget.text);
-  fmt::print("  body         {}\n", rest_line);
-  fmt::print("  model        one refresh takes {:.1f} ms here: {:.0f} Hz\n{}", 1e3 * refresh_s,
-             refresh_s > 0 ? 1 / refresh_s : 0, lines);
-  fmt::print("{}\n", good ? "all is well" : "not all is well");
   return good ? 0 : 1;
 }
 
