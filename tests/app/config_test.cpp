@@ -128,8 +128,8 @@ TEST_CASE("The shipped diamond loads with its exact values in SI", "[unit]") {
   CHECK(c.plant->mass == 0.51);
   CHECK(c.plant->damping_mass == 2);
   CHECK(c.plant->damping_stiffness == 0.01);
-  CHECK(c.plant->time_step == 0.02);
-  CHECK(c.plant->tracker_rate_hz == 50);
+  CHECK(c.plant->time_step == 0.005);
+  CHECK(c.plant->tracker_rate_hz == 100);
 }
 
 TEST_CASE("Every robot that is shipped loads, its mesh called after it", "[unit]") {
