@@ -51,8 +51,8 @@ StaticReach reach(const Robot& robot, const Config& config, const rt::EffectorVe
 rt::EffectorVector rest_of_effectors(const Robot& robot) {
   fem::Equilibrium body(robot.model,
                         robot.constraints);  // stays in the shape of the mesh if it cannot settle
-  (void)body.settle_at_displacements(Eigen::VectorXd::Zero(robot.constraints.actuators()), fem::Sign::kPullOnly,
-                               kSettled);
+  (void)body.settle_at_displacements(Eigen::VectorXd::Zero(robot.constraints.actuators()),
+                                     fem::Sign::kPullOnly, kSettled);
   return robot.constraints.effector_position(body.x());
 }
 
