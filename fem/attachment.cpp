@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <limits>
 
-#include "fem/corotational.h"
+#include "fem/place.h"
+#include "fem/tetrahedron.h"
 
 namespace tendril::fem {
 namespace {
@@ -15,8 +17,6 @@ constexpr double kRounding = 1e-9;
 
 // A point farther outside a tetrahedron than the tetrahedron is high has a weight below this.
 constexpr double kFarthest = -1;
-
-using Corners = Eigen::Matrix<double, 3, 4>;
 
 Eigen::Vector4d barycentric(const Corners& p, const Eigen::Vector3d& point) {
   const auto g = rest_tetrahedron(p).g;
@@ -76,12 +76,9 @@ Attachment attach(const Mesh& mesh, const Eigen::Vector3d& point, double snap) {
     if (inside) break;
   }
   if (best_distance > snap) {
-    const auto mm = [](const Eigen::Vector3d& p) {
-      return fmt::format("({:.4g}, {:.4g}, {:.4g}) mm", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z());
-    };
     throw MeshError(
         fmt::format("the point {} lies {:.3g} mm outside the mesh; the nearest point of the body is {}",
-                    mm(point), 1e3 * best_distance, mm(best_place)));
+                    fem::place(point), 1e3 * best_distance, fem::place(best_place)));
   }
   return best;
 }

@@ -14,7 +14,8 @@ constexpr double kPolarStep2 = 1e-16;
 Eigen::Matrix3d polar_rotation(const Eigen::Matrix3d& F) {
   if (!F.allFinite()) return F;
   Eigen::Matrix3d R = F;
-  for (int k = 0; k < kPolarIterations && F.determinant() > 0; ++k) {
+  const bool upright = F.determinant() > 0;
+  for (int k = 0; k < kPolarIterations && upright; ++k) {
     const Eigen::Matrix3d C = cofactors(R);
     const Eigen::Matrix3d next = 0.5 * (R + C / R.col(0).dot(C.col(0)));
     const double step2 = (next - R).squaredNorm();

@@ -8,6 +8,8 @@
 #include <set>
 #include <tuple>
 
+#include "fem/place.h"
+
 namespace tendril::fem {
 namespace {
 
@@ -37,10 +39,6 @@ class Culprits {
   int count_ = 0;
   std::string list_;
 };
-
-std::string place(const Eigen::Vector3d& p) {
-  return fmt::format("({:.4g}, {:.4g}, {:.4g}) mm", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z());
-}
 
 std::string tet_at(const Mesh& mesh, int tet) {
   return fmt::format("tetrahedron {} at {}", tet,

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "fem/place.h"
+
 namespace tendril::fem {
 namespace {
 
@@ -78,9 +80,9 @@ std::string summary(const Quality& quality) {
   if (quality.slivers == 0) return line;
   const auto& [tet, mean_ratio, centre] = quality.worst.front();
   return line + fmt::format(
-                    "; {} slivers (mean ratio below {}), the worst is tetrahedron {} at ({:.4g}, {:.4g}, "
-                    "{:.4g}) mm: mesh the body again with a quality bound",
-                    quality.slivers, kSliver, tet, 1e3 * centre.x(), 1e3 * centre.y(), 1e3 * centre.z());
+                    "; {} slivers (mean ratio below {}), the worst is tetrahedron {} at {}: "
+                    "mesh the body again with a quality bound",
+                    quality.slivers, kSliver, tet, place(centre));
 }
 
 }  // namespace tendril::fem

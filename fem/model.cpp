@@ -5,8 +5,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
+
+#include "fem/connected_parts.h"
+#include "fem/place.h"
 
 namespace tendril::fem {
 namespace {
@@ -73,37 +75,22 @@ bool held(const Eigen::Ref<const Eigen::Matrix3Xd>& fixed) {
   return sizes[1] > 1e-12 * sizes[2];
 }
 
-/// Part of the body that each node belongs to, named by one of its nodes: parts share no node.
-std::vector<int> parts_of(const Mesh& mesh) {
-  std::vector<int> parent(mesh.node_count());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int node) {
-    while (parent[node] != node) node = parent[node] = parent[parent[node]];
-    return node;
-  };
-  for (const auto& tet : mesh.tets)
-    for (int node : tet) parent[root(node)] = root(tet[0]);
-  for (int node = 0; node < mesh.node_count(); ++node) parent[node] = root(node);
-  return parent;
-}
-
 /// Refuses a body of which some part is not held. A part that hangs on others by one node or one edge is not
 /// found out here.
 void check_held(const Mesh& mesh, int free_nodes) {
-  const std::vector<int> parts = parts_of(mesh);
+  const std::vector<int> parts = connected_parts(mesh.node_count(), mesh.tets);
   const std::set<int> names(parts.begin(), parts.end());
   for (int part : names) {
     std::vector<int> fixed;
     for (int node = free_nodes; node < mesh.node_count(); ++node)
       if (parts[node] == part) fixed.push_back(node);
     if (held(mesh.nodes(Eigen::all, fixed))) continue;
-    const std::string where = names.size() == 1
-                                  ? ""
-                                  : fmt::format(
-                                        " in the part of it around ({:.4g}, {:.4g}, {:.4g}) mm; merge nodes "
-                                        "that coincide, for the mesh falls into {} parts",
-                                        1e3 * mesh.nodes(0, part), 1e3 * mesh.nodes(1, part),
-                                        1e3 * mesh.nodes(2, part), names.size());
+    const std::string where =
+        names.size() == 1
+            ? ""
+            : fmt::format(
+                  " in the part of it around {}; merge nodes that coincide, for the mesh falls into {} parts",
+                  place(mesh.nodes.col(part)), names.size());
     throw MeshError(fmt::format("{} nodes are fixed, expected at least three that do not lie on one line{}",
                                 fixed.size(), where));
   }

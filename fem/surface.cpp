@@ -5,30 +5,21 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <utility>
+
+#include "fem/connected_parts.h"
+#include "fem/place.h"
 
 namespace tendril::fem {
 namespace {
 
-std::string millimetres(const Eigen::Vector3d& p) {
-  return fmt::format("({:.4g}, {:.4g}, {:.4g}) mm", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z());
-}
-
 /// Volume under each connected piece of a surface, by a node of the piece; negative for a cavity of the body.
 std::map<int, double> volumes_under_pieces(const Mesh& mesh, const std::vector<Face>& surface) {
-  std::vector<int> parent(mesh.node_count());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int node) {
-    while (parent[node] != node) node = parent[node] = parent[parent[node]];
-    return node;
-  };
-  for (const Face& face : surface)
-    for (int node : face) parent[root(node)] = root(face[0]);
+  const std::vector<int> piece = connected_parts(mesh.node_count(), surface);
   std::map<int, double> volumes;
   const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   for (const auto& [a, b, c] : surface)
-    volumes[root(a)] += signed_volume(mesh.nodes.col(a), mesh.nodes.col(c), mesh.nodes.col(b), origin);
+    volumes[piece[a]] += signed_volume(mesh.nodes.col(a), mesh.nodes.col(c), mesh.nodes.col(b), origin);
   return volumes;
 }
 
@@ -71,7 +62,7 @@ void check_closed(const Mesh& mesh, const std::vector<Face>& surface) {
   const auto [i, j] = open->first;
   throw MeshError(fmt::format("the surface is open at {} of its edges, one of them near {}",
                               std::count_if(passes.begin(), passes.end(), is_open),
-                              millimetres(0.5 * (mesh.nodes.col(i) + mesh.nodes.col(j)))));
+                              place(0.5 * (mesh.nodes.col(i) + mesh.nodes.col(j)))));
 }
 
 std::vector<Face> closed_surface(const Mesh& mesh, const std::vector<int>& nodes) {
@@ -86,7 +77,7 @@ std::vector<Face> closed_surface(const Mesh& mesh, const std::vector<int>& nodes
   for (const auto& [node, volume] : volumes_under_pieces(mesh, surface))
     if (volume >= 0)
       throw MeshError(fmt::format("the surface through {} is the outside of the body, not a cavity's wall",
-                                  millimetres(mesh.nodes.col(node))));
+                                  place(mesh.nodes.col(node))));
   return surface;
 }
 

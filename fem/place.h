@@ -1,0 +1,15 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <string>
+
+namespace tendril::fem {
+
+/// A position in m as messages name it: "(1, -2.5, 30) mm". Real-time: no (allocates).
+inline std::string place(const Eigen::Vector3d& p) {
+  return fmt::format("({:.4g}, {:.4g}, {:.4g}) mm", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z());
+}
+
+}  // namespace tendril::fem
