@@ -13,11 +13,41 @@ constexpr double kFeasibility = 1e-11;  // of a constraint in the loop, relative
 constexpr double kRounding = 4e-16;     // of a sum, relative to the sum of its terms' magnitudes
 constexpr double kAccuracy = 1e-9;      // of a row of a candidate, relative to its terms
 constexpr double kCoarse = 1e-7;        // the same, where rounding forbids that
+// What a candidate may be off, by Metric::error() and relative to the largest of γ and z, to be taken
+// unmeasured; for n variables the gradient's length in the metric is at most n times as much.
+constexpr double kTrusted = 1e-10;
 constexpr double kStationarity = 1e-8;  // of the Lagrangian, relative to the largest of γ and z
+constexpr int kStalls = 8;              // so often stuck, candidates wander about within rounding
 constexpr int kUpdatesLimit = 256;      // of the factor before it is made anew
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double beyond(double value, double lower, double upper) {
   return value < lower ? value - lower : value > upper ? value - upper : 0;
+}
+
+/// result = values − Σ_i coefficient_i (column of G for constraint number(i)), i = 0..count-1; values may be
+/// nullptr, for zeros.
+template <typename Number>
+inline void subtract_columns(const Metric& metric, int count, const Number& number,
+                             const double* coefficients, const double* values, double* result) {
+  const int stride = metric.stride();
+  int k = 0;
+  const auto sweep = [&]<int kStrips>() {
+    Strip sums[kStrips];
+    for (int s = 0; s < kStrips; ++s) sums[s] = values ? load(values + k + s * kStrip) : Strip{};
+#pragma GCC unroll 2
+    for (int i = 0; i < count; ++i) {
+      const double* column = metric.gram(number(i)) + k;
+      const Strip coefficient = broadcast(coefficients[i]);
+#pragma GCC unroll 4
+      for (int s = 0; s < kStrips; ++s) sums[s] -= load(column + s * kStrip) * coefficient;
+    }
+    for (int s = 0; s < kStrips; ++s) store(result + k + s * kStrip, sums[s]);
+    k += kStrips * kStrip;
+  };
+  while (k + 4 * kStrip <= stride) sweep.template operator()<4>();
+  if (k < stride) sweep.template operator()<2>();  // as long as variables are, so are rows
 }
 
 }  // namespace
@@ -43,7 +73,7 @@ DualIteration::Outcome DualIteration::run(const Metric& metric, double settled, 
       continue;
     }
     // Complementarity holds by construction, stationarity up to rounding, softness and the proximal term.
-    switch (measure(metric, settled)) {
+    switch (judge(metric, settled)) {
       case Verdict::kSolved:
         return Outcome::kSolved;
       case Verdict::kConflict:
@@ -55,90 +85,141 @@ DualIteration::Outcome DualIteration::run(const Metric& metric, double settled, 
   return Outcome::kCapped;
 }
 
-void DualIteration::load(const Metric& metric, std::uint64_t id, const Vector& g,
-                         const Bounds& bounds) noexcept {
+void DualIteration::set_gradient(const Metric& metric, const Vector& g) noexcept {
   if (metric.n() != n_) reset();
-  const int n = n_ = metric.n(), stride = metric.stride();
-  std::fill_n(start_.begin(), stride, 0.0);
-  std::fill_n(shift_.begin(), stride, 0.0);
-  std::fill_n(off_.begin(), stride, 0.0);
-  worst_ = std::numeric_limits<double>::infinity();
-  largest_ = terms_ = size_ = 0;
-  for (int j = 0; j < n; ++j) {
-    gamma_[j] = g[j] * metric.unit(j);
-    largest_ = std::max(largest_, std::abs(gamma_[j]));
-    terms_ += std::abs(gamma_[j]);
-    const double* gram = metric.gram(j);
-    for (int k = 0; k < stride; ++k) start_[k] -= gram[k] * gamma_[j];
+  n_ = metric.n();
+  first_row_ = metric.first_row();
+  Strip most{}, terms{};
+  for (int j = 0; j < first_row_; j += kStrip) {
+    const Strip gamma = load_some(g.data() + j, n_ - j) * load(metric.unit() + j);
+    store(&gamma_[j], gamma);
+    most = max(most, abs(gamma));
+    terms += abs(gamma);
   }
-  for (int k = 0; k < n; ++k) {
-    lower_[k] = bounds.lower[k] * metric.weight(k);
-    upper_[k] = bounds.upper[k] * metric.weight(k);
-    lower_[n + k] = bounds.row_lower[k] * metric.weight(n + k);
-    upper_[n + k] = bounds.row_upper[k] * metric.weight(n + k);
+  largest_ = largest(most);
+  terms_ = sum(terms);
+  subtract_columns(
+      metric, n_, [](int j) { return j; }, gamma_.data(), nullptr, start_.data());
+}
+
+bool DualIteration::free(const Metric& metric, const Bounds& bounds) noexcept {
+  if (working_set_.size() > 0 || !(metric.error() * terms_ <= kTrusted * largest_)) return false;
+  Mask met = Strip{} == Strip{};
+  const auto check = [&](const Vector& lower, const Vector& upper, int j, int k) {
+    const Strip value = load(&start_[k]) * load(metric.unit() + k);
+    met &= (load_some(lower.data() + j, n_ - j) <= value) & (value <= load_some(upper.data() + j, n_ - j));
+  };
+  for (int j = 0; j < first_row_; j += kStrip) {
+    check(bounds.lower, bounds.upper, j, j);
+    check(bounds.row_lower, bounds.row_upper, j, first_row_ + j);
+    store(&z_[j], load(&start_[j]));
   }
-  for (int k = 0; k < 2 * n; ++k)
-    size_ = std::max(size_, std::abs(start_[k] - beyond(start_[k], lower_[k], upper_[k])));
+  return all(met);
+}
+
+bool DualIteration::set_bounds(const Metric& metric, std::uint64_t id, const Bounds& bounds) noexcept {
+  Mask valid = Strip{} == Strip{};
+  Strip size{};
+  const auto take = [&](const Vector& lower, const Vector& upper, int j, int k) {
+    const Strip weight = load(metric.weight() + k), value = load(&start_[k]);
+    const Strip l = load_some(lower.data() + j, n_ - j) * weight;
+    const Strip u = load_some(upper.data() + j, n_ - j) * weight;
+    valid &= (l <= u) & (l < broadcast(kInfinity)) & (u > broadcast(-kInfinity));
+    size = max(size, abs(min(max(value, l), u)));
+    store(&lower_[k], l);
+    store(&upper_[k], u);
+  };
+  for (int j = 0; j < first_row_; j += kStrip) {
+    take(bounds.lower, bounds.upper, j, j);
+    take(bounds.row_lower, bounds.row_upper, j, first_row_ + j);
+    store(&shift_[first_row_ + j], Strip{});
+    store(&off_[first_row_ + j], Strip{});
+  }
+  if (!all(valid) || !(terms_ < kInfinity)) return false;
+  size_ = largest(size);
+  worst_ = kInfinity;
+  stalls_ = 0;
   resume(metric, id);
+  return true;
 }
 
 /// Fits the working set of the problem before to this one.
 void DualIteration::resume(const Metric& metric, std::uint64_t id) {
   if (id != id_ || working_set_.updates() > kUpdatesLimit) working_set_.refactor(metric);
   id_ = id;
+  working_set_.forget_b();
   for (int i = working_set_.size() - 1; i >= 0; --i) {
     const int k = working_set_.constraint(i);
+    if (!std::isfinite(working_set_.multiplier(i))) return working_set_.clear();
     Side side = working_set_.side(i);
     if (side == Side::kBoth) side = working_set_.multiplier(i) < 0 ? Side::kLower : Side::kUpper;
     const double bound = side == Side::kLower ? lower_[k] : upper_[k];
     working_set_.set_side(i, lower_[k] == upper_[k] ? Side::kBoth : side);
-    if (!std::isfinite(bound) || !std::isfinite(working_set_.multiplier(i))) working_set_.drop(i);
+    if (!std::isfinite(bound)) working_set_.drop(i);
   }
+}
+
+/// That at which entry i of the working set is held.
+double DualIteration::bound(int i) const {
+  const int k = working_set_.constraint(i);
+  return working_set_.side(i) == Side::kLower ? lower_[k] : upper_[k];
 }
 
 /// One step on the face of the working set; the entry that blocks it, or -1.
 int DualIteration::move_multipliers() {
-  Values excess;
-  for (int i = 0; i < working_set_.size(); ++i) {
-    const int k = working_set_.constraint(i);
-    excess[i] = start_[k] - (working_set_.side(i) == Side::kLower ? lower_[k] : upper_[k]);
-  }
-  return working_set_.move_towards(excess.data());
+  return working_set_.move_towards([this](int i) { return start_[working_set_.constraint(i)] - bound(i); });
 }
 
 /// The constraints' values at λ: those of the working set are at their bounds, softness granted.
 void DualIteration::update_values(const Metric& metric) {
-  const int stride = metric.stride();
-  std::copy_n(start_.begin(), stride, value_.begin());
-  double terms = terms_;
+  const int* constraints = working_set_.constraints();
+  subtract_columns(
+      metric, working_set_.size(), [=](int i) { return constraints[i]; }, working_set_.multipliers(),
+      start_.data(), value_.data());
+  all_terms_ = terms_;
   for (int i = 0; i < working_set_.size(); ++i) {
-    const double lambda = working_set_.multiplier(i);
-    const double* gram = metric.gram(working_set_.constraint(i));
-    for (int k = 0; k < stride; ++k) value_[k] -= gram[k] * lambda;
-    terms += std::abs(lambda);
+    value_[constraints[i]] = bound(i);
+    all_terms_ += std::abs(working_set_.multiplier(i));
   }
-  for (int i = 0; i < working_set_.size(); ++i) {
-    const int k = working_set_.constraint(i);
-    value_[k] = working_set_.side(i) == Side::kLower ? lower_[k] : upper_[k];
-  }
-  rounding_ = kRounding * terms;
 }
 
 /// The constraint farthest outside its bounds, the lowest of equals; -1 where all are within.
 int DualIteration::most_violated() const {
-  int worst = -1;
-  double most = kFeasibility * size_ + rounding_;
-  for (int k = 0; k < 2 * n_; ++k) {
-    const double violation = std::max(lower_[k] - value_[k], value_[k] - upper_[k]);
-    if (violation > most) most = violation, worst = k;
+  const double tolerance = kFeasibility * size_ + kRounding * all_terms_;
+  Strip most = broadcast(tolerance);
+  const auto violation = [this](int k) {
+    return max(load(&lower_[k]) - load(&value_[k]), load(&value_[k]) - load(&upper_[k]));
+  };
+  for (int k = 0; k < 2 * first_row_; k += kStrip) most = max(most, violation(k));
+  const double worst = largest(most);
+  if (worst <= tolerance) return -1;
+  for (int k = 0; k < 2 * first_row_; k += kStrip) {
+    const Strip here = violation(k);
+    for (int i = 0; i < kStrip; ++i)
+      if (here[i] == worst) return k + i;
   }
-  return worst;
+  return -1;
 }
 
-/// Takes the candidate at λ and measures how far it is from solving the problem as it was given.
+/// Takes the candidate at λ. Where what it may be off by is known to be little, and to be worth little, that
+/// is all; else it is measured.
+DualIteration::Verdict DualIteration::judge(const Metric& metric, double settled) {
+  Strip extent = broadcast(largest_), worth{};
+  for (int j = 0; j < first_row_; j += kStrip) {
+    const Strip z = min(max(load(&value_[j]), load(&lower_[j])), load(&upper_[j]));
+    store(&z_[j], z);
+    extent = max(extent, abs(z));
+    worth += abs(z * load(&gamma_[j]));
+  }
+  const double off = metric.error() * all_terms_;
+  if (off <= kTrusted * largest(extent) && off * (all_terms_ - terms_) <= kAccuracy * sum(worth))
+    return Verdict::kSolved;
+  return measure(metric, settled);
+}
+
+/// How far the candidate is from solving the problem as it was given.
 DualIteration::Verdict DualIteration::measure(const Metric& metric, double settled) {
   Values size;
-  for (int j = 0; j < n_; ++j) z_[j] = value_[j] - beyond(value_[j], lower_[j], upper_[j]);
   metric.evaluate(z_, product_, size);
   double worth = 0;
   for (int j = 0; j < n_; ++j) {
@@ -149,7 +230,7 @@ DualIteration::Verdict DualIteration::measure(const Metric& metric, double settl
   for (int i = 0; i < working_set_.size(); ++i) {
     const int k = working_set_.constraint(i);
     const double lambda = working_set_.multiplier(i);
-    if (k < n_) {
+    if (k < first_row_) {
       slope_[k] += lambda;
       size[k] += std::abs(lambda);
       continue;
@@ -160,8 +241,11 @@ DualIteration::Verdict DualIteration::measure(const Metric& metric, double settl
     }
   }
   const Rows rows = judge_rows(settled, size, worth);
-  if (rows == Rows::kConflict) return Verdict::kConflict;
-  return rows == Rows::kMet && stationary(metric, size) ? Verdict::kSolved : Verdict::kInexact;
+  const Verdict verdict = rows == Rows::kConflict                          ? Verdict::kConflict
+                          : rows == Rows::kMet && stationary(metric, size) ? Verdict::kSolved
+                                                                           : Verdict::kInexact;
+  if (verdict != Verdict::kInexact) std::copy_n(&product_[first_row_], first_row_, &value_[first_row_]);
+  return verdict;
 }
 
 /// Whether the rows are met: those of the working set at their bounds, the others within.
@@ -170,27 +254,29 @@ DualIteration::Verdict DualIteration::measure(const Metric& metric, double settl
 DualIteration::Rows DualIteration::judge_rows(double settled, const Values& size, double worth) {
   Values off;
   bool fine = true, coarse = true;
-  for (int k = n_; k < 2 * n_; ++k) off[k] = violation(k);
+  const double rounding = kRounding * all_terms_;
+  for (int k = first_row_; k < first_row_ + n_; ++k) off[k] = beyond(product_[k], lower_[k], upper_[k]);
   for (int i = 0; i < working_set_.size(); ++i) {
     const int k = working_set_.constraint(i);
-    if (k < n_) continue;
+    if (k < first_row_) continue;
     off[k] = product_[k] - value_[k];
     const double lambda = std::abs(working_set_.multiplier(i)), price = std::abs(off[k]) * lambda;
     fine = fine && price <= kAccuracy * worth;
-    coarse = coarse && price <= kAccuracy * worth + rounding_ * lambda;
+    coarse = coarse && price <= kAccuracy * worth + rounding * lambda;
   }
   double worst = 0, change = 0;
-  for (int k = n_; k < 2 * n_; ++k) {
+  for (int k = first_row_; k < first_row_ + n_; ++k) {
     const double terms = size[k] + std::abs(product_[k] - off[k]);
     fine = fine && std::abs(off[k]) <= kAccuracy * terms;
-    coarse = coarse && std::abs(off[k]) <= std::clamp(rounding_, kAccuracy * terms, kCoarse * terms);
+    coarse = coarse && std::abs(off[k]) <= std::clamp(rounding, kAccuracy * terms, kCoarse * terms);
     change = std::max(change, std::abs(off[k] - off_[k]));
     worst = std::max(worst, std::abs(off[k]));
     off_[k] = off[k];
   }
   const bool stalled = worst > worst_ / 2;
+  stalls_ += stalled;
   worst_ = worst;
-  if (fine || (coarse && stalled)) return Rows::kMet;
+  if (fine || (coarse && (stalled || stalls_ >= kStalls))) return Rows::kMet;
   return change <= settled * worst ? Rows::kConflict : Rows::kOff;
 }
 
@@ -212,15 +298,13 @@ bool DualIteration::stationary(const Metric& metric, const Values& size) const {
 /// Moves the values at λ = 0 by what was measured: γ by the remaining gradient, the rows by what they are
 /// off.
 void DualIteration::correct(const Metric& metric) {
-  const int stride = metric.stride();
-  for (int k = n_; k < 2 * n_; ++k) {
+  for (int k = first_row_; k < first_row_ + n_; ++k) {
     start_[k] += product_[k] - value_[k];
     shift_[k] += product_[k] - value_[k];
   }
-  for (int j = 0; j < n_; ++j) {
-    const double* gram = metric.gram(j);
-    for (int k = 0; k < stride; ++k) start_[k] -= gram[k] * slope_[j];
-  }
+  subtract_columns(
+      metric, n_, [](int j) { return j; }, slope_.data(), start_.data(), start_.data());
+  working_set_.forget_b();
 }
 
 void DualIteration::relax(int k, double violation) noexcept {
@@ -230,14 +314,16 @@ void DualIteration::relax(int k, double violation) noexcept {
 }
 
 void DualIteration::settle() noexcept {
-  worst_ = std::numeric_limits<double>::infinity();
-  for (int k = n_; k < 2 * n_; ++k) {
+  worst_ = kInfinity;
+  stalls_ = 0;
+  for (int k = first_row_; k < first_row_ + n_; ++k) {
     start_[k] -= shift_[k];
     shift_[k] = off_[k] = 0;
   }
+  working_set_.forget_b();
 }
 
-double DualIteration::violation(int k) const { return beyond(product_[k], lower_[k], upper_[k]); }
+double DualIteration::violation(int k) const { return beyond(value_[k], lower_[k], upper_[k]); }
 
 Values DualIteration::standing(const Metric& metric) noexcept {
   update_values(metric);

@@ -33,15 +33,21 @@ class DualIteration {
   /// kConflict: the rows cannot all be met, or so it seems from how slowly their violations change.
   enum class Outcome { kSolved, kConflict, kCapped };
 
-  /// Takes over a problem; the working set stays, less what the new bounds rule out.
+  /// Takes over the gradient of a problem.
   /// @param metric  n variables
-  /// @param id      equal for equal metrics
-  /// @param g       n, finite
-  /// @param bounds  n each, lower ≤ upper
-  void load(const Metric& metric, std::uint64_t id, const Vector& g, const Bounds& bounds) noexcept;
+  /// @param g       n values
+  void set_gradient(const Metric& metric, const Vector& g) noexcept;
+  /// Where no constraint was active a problem ago, none often is: whether the minimum of the objective alone
+  /// meets all constraints, and is known to be accurate; z() is this minimum then, and nothing is left to do.
+  /// @param bounds  n values each; false where they contradict each other, or g is not finite
+  bool free(const Metric& metric, const Bounds& bounds) noexcept;
+  /// Takes over the bounds, to iterate; the working set stays, less what they rule out.
+  /// @param id  equal for equal metrics
+  /// @return  false where g is not finite or bounds contradict each other or are not numbers
+  bool set_bounds(const Metric& metric, std::uint64_t id, const Bounds& bounds) noexcept;
 
   /// Iterates until the problem is solved or the rows appear to conflict.
-  /// @param metric      that of load()
+  /// @param metric      that of set_gradient()
   /// @param settled     the rows conflict where their violations change by at most this from one candidate
   ///                    to the next, relative to the largest; a negative value: never
   /// @param iterations  counts on from its value
@@ -54,8 +60,10 @@ class DualIteration {
   /// Takes back the corrections of the rows, which conflict had driven up.
   void settle() noexcept;
 
-  /// By how much the last candidate passes the bounds of row k, signed and scaled.
+  /// By how much the last candidate passes the bounds of constraint k, signed and scaled.
   double violation(int k) const;
+  /// The constraints' values at the last candidate, scaled.
+  const Values& values() const { return value_; }
   /// The last candidate: n scaled variables, within their bounds.
   const Values& z() const { return z_; }
   /// The variables where the iteration stands, n scaled values within their bounds; a candidate or not.
@@ -72,9 +80,11 @@ class DualIteration {
   enum class Rows { kMet, kOff, kConflict };
 
   void resume(const Metric& metric, std::uint64_t id);
+  double bound(int i) const;
   int move_multipliers();
   void update_values(const Metric& metric);
   int most_violated() const;
+  Verdict judge(const Metric& metric, double settled);
   Verdict measure(const Metric& metric, double settled);
   Rows judge_rows(double settled, const Values& size, double worth);
   bool stationary(const Metric& metric, const Values& size) const;
@@ -82,11 +92,12 @@ class DualIteration {
 
   WorkingSet working_set_;
   std::uint64_t id_ = 0;
-  int n_ = 0;
+  int n_ = 0, first_row_ = 0;             // of the metric
   double largest_ = 0, terms_ = 0;        // max |γ_j|, Σ |γ_j|
+  double all_terms_ = 0;                  // Σ |γ_j| + Σ |λ_k|
   double size_ = 0;                       // magnitude of the constraints' values at the start
-  double rounding_ = 0;                   // what rounding amounts to in a value
   double worst_ = 0;                      // what the row that is off most was off at the last candidate
+  int stalls_ = 0;                        // how often it was no less than half of that before
   alignas(64) Values lower_{}, upper_{};  // scaled bounds, as far as relaxed
   alignas(64) Values gamma_{};            // γ, the scaled g
   alignas(64) Values start_{};            // the constraints' values at λ = 0, with the corrections so far

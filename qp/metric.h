@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <array>
 
+#include "qp/strip.h"
+
 namespace tendril::qp {
 
 inline constexpr int kMaxVariables = 32;
@@ -10,13 +12,15 @@ inline constexpr int kMaxConstraints = 2 * kMaxVariables;  // two-sided: one a v
 
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxVariables, 1>;
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxVariables, kMaxVariables>;
-/// One number a constraint; entries past 2n up to the stride are zero.
+/// One number a constraint, in whole strips: see Metric.
 using Values = std::array<double, kMaxConstraints>;
 
 /// The constraints of a quadratic program with Hessian H, seen in the metric of H⁻¹.
 ///
-/// Constraints are numbered 0..n-1 (the variables) and n..2n-1 (the rows of A); C = [I; A] stacks them. Each
-/// is scaled by a weight ω_k, a power of two so that scaling never rounds, which brings the diagonal of
+/// Constraints are numbered 0..n-1 (the variables) and first_row()..first_row()+n-1 (the rows of A),
+/// first_row() being n rounded up to a whole strip; the numbers between stand for nothing and have zeros
+/// everywhere. C = [I; A] stacks the constraints. Each is scaled by a weight ω_k, a power of two so that
+/// scaling never rounds, which brings the diagonal of
 ///
 ///     G = Ω C H⁻¹ Cᵀ Ω     (2n × 2n)
 ///
@@ -36,29 +40,39 @@ class Metric {
   };
 
   /// Takes over a problem's matrices, in place of the previous ones.
-  /// @param H   n × n, symmetric; only its lower triangle is read
-  /// @param L   n × n, lower Cholesky factor of D H D, or of D H D plus a small term
-  /// @param A   n × n, symmetric positive semidefinite
-  /// @param d   n, the diagonal of D, powers of two
+  /// @param H  n × n, symmetric; only its lower triangle is read
+  /// @param L  n × n, lower Cholesky factor of D H D, or of D H D plus a small term
+  /// @param A  n × n, symmetric positive semidefinite
+  /// @param d  n, the diagonal of D, powers of two
   /// @param softness  that of the rows
   /// @return    false where the weights overflow
-  /// Real-time: bounded (about 4 n³ multiplications), allocates nothing.
+  /// Real-time: bounded (about 8 n³ multiplications), allocates nothing.
   bool build(const Matrix& H, const Matrix& L, const Matrix& A, const Vector& d, Softness softness) noexcept;
 
   /// Number of variables.
   int n() const { return n_; }
-  /// Length of a column of G and of Q: 2n rounded up to a multiple of four, the rest zero.
-  int stride() const { return stride_; }
-  /// Column k of G, k = 0..2n-1, stride() values.
-  const double* gram(int k) const { return gram_.data() + k * stride_; }
+  /// Number of the constraint that is row 0 of A.
+  int first_row() const { return first_row_; }
+  /// Number of the i-th constraint of C, i = 0..2n-1: a variable, then a row.
+  int number(int i) const { return i < n_ ? i : first_row_ + i - n_; }
+  /// Length of a column of G and of Q: 2 first_row().
+  int stride() const { return 2 * first_row_; }
+  /// Column of G for constraint k, stride() values.
+  const double* gram(int k) const { return gram_.data() + k * stride(); }
   /// Column j of Q, j = 0..n-1, stride() values.
-  const double* q(int j) const { return q_.data() + j * stride_; }
-  /// ω_k, k = 0..2n-1.
+  const double* q(int j) const { return q_.data() + j * stride(); }
+  /// ω_k for constraint k, as an array.
+  const double* weight() const { return weight_.data(); }
   double weight(int k) const { return weight_[k]; }
   /// 1 / ω_k, exactly.
+  const double* unit() const { return unit_.data(); }
   double unit(int k) const { return unit_[k]; }
-  /// δ_k; 0 for k < n, since a variable's bounds are hard.
+  /// δ_k; 0 for variables, since their bounds are hard.
   double softness(int k) const { return softness_[k]; }
+  /// Bounds what rounding, softness and the small term in L falsify: at the point that G gives for (λ, γ),
+  /// each entry of the gradient of the Lagrangian, and each constraint's value, is off by at most this times
+  /// Σ|λ_k| + Σ|γ_j|. Measured on H, A and G as they are.
+  double error() const { return error_; }
 
   /// Q z, and for each of its sums the sum of the terms' magnitudes.
   /// @param z  n values
@@ -66,8 +80,11 @@ class Metric {
   void evaluate(const Values& z, Values& product, Values& size) const noexcept;
 
  private:
-  int n_ = 0, stride_ = 0;
-  Values weight_{}, unit_{}, softness_{};
+  double measure_error() const;
+
+  int n_ = 0, first_row_ = 0;
+  double error_ = 0;
+  alignas(64) Values weight_{}, unit_{}, softness_{};
   alignas(64) std::array<double, kMaxConstraints * kMaxVariables> q_{};
   alignas(64) std::array<double, kMaxConstraints * kMaxConstraints> gram_{};
 };

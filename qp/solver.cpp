@@ -22,21 +22,9 @@ double clip(double value, double lower, double upper) {
   return value;
 }
 
-double beyond(double value, double lower, double upper) {
-  return value < lower ? lower - value : value > upper ? value - upper : 0;
-}
-
-bool well_posed(int n, const Vector& g, const Bounds& bounds) {
-  if (n == 0 || g.size() != n || !g.allFinite()) return false;
-  for (const auto& [lower, upper] :
-       {std::pair(&bounds.lower, &bounds.upper), {&bounds.row_lower, &bounds.row_upper}}) {
-    if (lower->size() != n || upper->size() != n) return false;
-    for (int k = 0; k < n; ++k) {
-      const double l = (*lower)[k], u = (*upper)[k];
-      if (!(l <= u && l < kInfinity && u > -kInfinity)) return false;
-    }
-  }
-  return true;
+bool fits(int n, const Vector& g, const Bounds& bounds) {
+  return n > 0 && g.size() == n && bounds.lower.size() == n && bounds.upper.size() == n &&
+         bounds.row_lower.size() == n && bounds.row_upper.size() == n;
 }
 
 }  // namespace
@@ -58,9 +46,13 @@ const char* name(Status status) noexcept {
 const Solution& Solver::solve(const Problem& problem, const Vector& g, const Bounds& bounds,
                               const Vector& hold, int iteration_cap) noexcept {
   solution_.iterations = 0;
-  if (!well_posed(problem.n(), g, bounds)) return refuse(problem, bounds, hold);
-
-  optimum_.load(problem.optimum(), problem.id(), g, bounds);
+  if (!fits(problem.n(), g, bounds)) return refuse(problem, bounds, hold);
+  optimum_.set_gradient(problem.optimum(), g);
+  if (iteration_cap > 0 && optimum_.free(problem.optimum(), bounds)) {
+    ++solution_.iterations;
+    return finish(problem, bounds, hold, optimum_.z(), Status::kOptimal);
+  }
+  if (!optimum_.set_bounds(problem.optimum(), problem.id(), bounds)) return refuse(problem, bounds, hold);
   Outcome outcome = optimum_.run(problem.optimum(), kSuspect, solution_.iterations, iteration_cap);
   bool softened = false;
   if (outcome == Outcome::kConflict) {
@@ -70,12 +62,15 @@ const Solution& Solver::solve(const Problem& problem, const Vector& g, const Bou
           optimum_.run(problem.optimum(), softened ? kLeft : kNever, solution_.iterations, iteration_cap);
   }
   while (outcome == Outcome::kConflict) {  // each turn iterates at least once, so the cap bounds them
-    for (int k = problem.n(); k < 2 * problem.n(); ++k) optimum_.relax(k, optimum_.violation(k));
+    const int rows = problem.optimum().first_row();
+    for (int k = rows; k < rows + problem.n(); ++k) optimum_.relax(k, optimum_.violation(k));
     optimum_.settle();
     outcome = optimum_.run(problem.optimum(), kLeft, solution_.iterations, iteration_cap);
   }
   if (outcome == Outcome::kCapped) return retreat(problem, bounds, hold);
-  return finish(problem, bounds, hold, optimum_.z(), softened ? Status::kSoftened : Status::kOptimal);
+  finish(problem, bounds, hold, optimum_.z(), softened ? Status::kSoftened : Status::kOptimal);
+  if (softened) solution_.row_violation = worst_violation(problem.optimum(), bounds, optimum_.values());
+  return solution_;
 }
 
 /// Relaxes the rows of the optimum's iteration by their least violations; false where they do not conflict
@@ -83,16 +78,19 @@ const Solution& Solver::solve(const Problem& problem, const Vector& g, const Bou
 bool Solver::find_least_violation(const Problem& problem, const Bounds& bounds, int cap, Outcome& outcome) {
   const int n = problem.n();
   const Metric &least = problem.least(), &optimum = problem.optimum();
-  least_.load(least, problem.id(), Vector::Zero(n), bounds);
+  least_.set_gradient(least, Vector::Zero(n));
+  (void)least_.set_bounds(least, problem.id(), bounds);
   outcome = least_.run(least, kSettled, solution_.iterations, cap);
   if (outcome != Outcome::kConflict) return false;
-  for (int k = n; k < 2 * n; ++k) optimum_.relax(k, least_.violation(k) * least.unit(k) * optimum.weight(k));
+  for (int k = least.first_row(); k < least.first_row() + n; ++k)
+    optimum_.relax(k, least_.violation(k) * least.unit(k) * optimum.weight(k));
   optimum_.settle();
   return true;
 }
 
 double Solver::multiplier(const Problem& problem, int k) const noexcept {
-  return optimum_.multiplier(k) * problem.optimum().weight(k);
+  const Metric& metric = problem.optimum();
+  return optimum_.multiplier(metric.number(k)) * metric.weight(metric.number(k));
 }
 
 void Solver::reset() noexcept {
@@ -104,21 +102,30 @@ void Solver::reset() noexcept {
 const Solution& Solver::finish(const Problem& problem, const Bounds& bounds, const Vector& hold,
                                const Values& z, Status status) {
   const int n = problem.n();
-  const Metric& metric = problem.optimum();
-  Values product, size;
-  metric.evaluate(z, product, size);
-  Vector unscaled(n);
-  double worst = 0;
-  for (int j = 0; j < n; ++j) {
-    const double x = z[j] * metric.unit(j), row = product[n + j] * metric.unit(n + j);
-    if (!std::isfinite(x) || !std::isfinite(row)) return refuse(problem, bounds, hold);  // they overflowed
-    unscaled[j] = clip(x, bounds.lower[j], bounds.upper[j]);
-    worst = std::max(worst, beyond(row, bounds.row_lower[j], bounds.row_upper[j]));
+  const double* unit = problem.optimum().unit();
+  Strip size{};
+  for (int j = 0; j < n; j += kStrip) size += abs(load(&z[j]) * load(unit + j));
+  if (!(sum(size) < kInfinity)) return refuse(problem, bounds, hold);  // it overflowed
+  solution_.x.resize(n);  // not before: `hold` may be the x of the solution before
+  for (int j = 0; j < n; j += kStrip) {
+    const Strip lower = load_some(bounds.lower.data() + j, n - j),
+                upper = load_some(bounds.upper.data() + j, n - j);
+    store(solution_.x.data() + j, min(max(load(&z[j]) * load(unit + j), lower), upper));
   }
-  solution_.x = unscaled;  // not before: `hold` may be the x of the solution before
-  solution_.row_violation = worst;
+  solution_.row_violation = 0;
   solution_.status = status;
   return solution_;
+}
+
+/// By how much, at most, the rows' values pass their bounds.
+double Solver::worst_violation(const Metric& metric, const Bounds& bounds, const Values& values) {
+  double worst = 0;
+  for (int j = 0; j < metric.n(); ++j) {
+    const int k = metric.first_row() + j;
+    const double row = values[k] * metric.unit(k);
+    worst = std::max({worst, bounds.row_lower[j] - row, row - bounds.row_upper[j]});
+  }
+  return worst;
 }
 
 /// The best point on the way from the clipped `hold` to where the iteration stands, with no row worse than at
@@ -137,9 +144,9 @@ const Solution& Solver::retreat(const Problem& problem, const Bounds& bounds, co
 
   double step = 1;
   bool met = true;
-  for (int k = n; k < 2 * n; ++k) {
-    const double lower = bounds.row_lower[k - n] * metric.weight(k),
-                 upper = bounds.row_upper[k - n] * metric.weight(k);
+  for (int k = metric.first_row(); k < metric.first_row() + n; ++k) {
+    const double lower = bounds.row_lower[k - metric.first_row()] * metric.weight(k),
+                 upper = bounds.row_upper[k - metric.first_row()] * metric.weight(k);
     met = met && lower <= at_hold[k] && at_hold[k] <= upper;
     if (along[k] > 0) step = std::min(step, std::max(upper - at_hold[k], 0.0) / along[k]);
     if (along[k] < 0) step = std::min(step, std::min(lower - at_hold[k], 0.0) / along[k]);
@@ -157,11 +164,15 @@ const Solution& Solver::retreat(const Problem& problem, const Bounds& bounds, co
     }
   }
   for (int j = 0; j < n; ++j) held[j] += step * direction[j];
-  return finish(problem, bounds, hold, held, Status::kCapped);
+  metric.evaluate(held, at_hold, size);
+  finish(problem, bounds, hold, held, Status::kCapped);
+  solution_.row_violation = worst_violation(metric, bounds, at_hold);
+  return solution_;
 }
 
 /// The clipped `hold`, for what cannot be solved.
 const Solution& Solver::refuse(const Problem& problem, const Bounds& bounds, const Vector& hold) {
+  reset();
   const auto entry = [](const Vector& values, int j, double otherwise) {
     return j < values.size() ? values[j] : otherwise;
   };

@@ -21,8 +21,24 @@ struct Solution {
   Vector x;
   Status status = Status::kIllPosed;
   int iterations = 0;
-  double row_violation = 0;  // by how much A x passes the bound that it passes most, in the rows' unit
+  double row_violation = 0;  // by how much A x passes the bound that it passes most, in the rows' unit; 0 for
+                             // kOptimal, which means less than what is promised there
 };
+
+/// Bounds the work of a solve: floating-point operations, with n variables and a cap on the iterations,
+/// whatever the problem. At most 2n constraints are in the working set; n is rounded up to a whole strip.
+/// Real-time: wait-free.
+constexpr double worst_case_operations(int variables, int iteration_cap) {
+  const double n = round_up_to_strip(variables), k = 2 * n;
+  const double product = 4 * n * n;             // with [Q] or with n columns of G
+  const double move = 2 * k * k + 4 * k;        // both substitutions, and the step
+  const double values = 2 * k * 2 * n + 8 * n;  // G λ, and the most violated
+  const double update = 2 * k * k + 4 * k;      // of the factor: a constraint comes or goes
+  const double check = 2 * product + 4 * n * k + 2 * n * n + product + 20 * n;  // measure, and correct
+  const double begin = product + k * k * k / 3 + 20 * n;  // g, and the factor for another snapshot
+  return 2 * begin + iteration_cap * (move + (update > values + check ? update : values + check)) +
+         5 * product;
+}
 
 /// Solves a sequence of problems, each from the working set of the one before; one object a thread.
 class Solver {
@@ -37,17 +53,17 @@ class Solver {
   ///     where rows conflict
   /// @return  valid until the next call. Whatever the arguments, x is finite, and lower ≤ x ≤ upper holds
   ///     exactly unless these bounds contradict each other. By status:
-  ///   - kOptimal: each row is met to 1e-9 of (Σ_j |A_kj x_j| + |its bound|), or to 1e-7 where H is so
-  ///     nearly singular that rounding forbids more; stationary to 1e-8 in the metric of H⁻¹
+  ///   - kOptimal: each row is met to 1e-9 of (Σ_j |A_kj x_j| + |its bound|), or to 1e-10 of
+  ///     s √(A H⁻¹ A)_kk, where s = max_j {|g_j| √H⁻¹_jj, |x_j| / √H⁻¹_jj} is the size of the whole problem
+  ///     in the metric of H⁻¹, or to 1e-7 where H is so nearly singular that rounding forbids more;
+  ///     stationary to 1e-8 in that metric
   ///   - kSoftened: Σ_k v_k² / A_kk over the rows' violations v is least (weighed by energy: v² / A_kk is
   ///     twice the work to push actuator k alone by v); x is optimal for the rows relaxed by v
   ///   - kCapped: no row is violated more than at the clipped `hold`, up to rounding; where that met the
   ///     rows, the objective is not higher than there
   ///   - kIllPosed: x is `hold`, clipped; entries of it that are not finite count as 0
-  /// Real-time: allocates nothing, takes no lock. At most iteration_cap iterations. With n variables and
-  /// k ≤ 2n constraints in the working set, one takes at most k² + 2nk multiplications to move multipliers
-  /// and values, and k² to update the factor or 7n² + nk to check and correct a candidate; each of the two
-  /// stages takes 2n² + k³/6 before its first. The same calls give the same bits.
+  /// Real-time: allocates nothing, takes no lock; at most iteration_cap iterations of bounded cost, see
+  /// worst_case_operations(). The same calls give the same bits.
   const Solution& solve(const Problem& problem, const Vector& g, const Bounds& bounds, const Vector& hold,
                         int iteration_cap) noexcept;
 
@@ -55,7 +71,7 @@ class Solver {
   /// C = [I; A], H x + g + Σ_k multiplier(k) c_k = 0. Positive at an upper bound, negative at a lower
   /// one, else zero.
   /// @param problem  that of the last solve
-  /// @param k        0..2n-1, as in Metric
+  /// @param k        0..2n-1: row of C
   /// @return         objective unit / unit of the constraint
   /// Real-time: bounded, 2n comparisons.
   double multiplier(const Problem& problem, int k) const noexcept;
@@ -69,6 +85,7 @@ class Solver {
                             DualIteration::Outcome& outcome);
   const Solution& finish(const Problem& problem, const Bounds& bounds, const Vector& hold, const Values& z,
                          Status status);
+  static double worst_violation(const Metric& metric, const Bounds& bounds, const Values& values);
   const Solution& retreat(const Problem& problem, const Bounds& bounds, const Vector& hold);
   const Solution& refuse(const Problem& problem, const Bounds& bounds, const Vector& hold);
 

@@ -8,24 +8,38 @@ namespace {
 // Pivots are sums of squares of size one: what lies below this is rounding.
 constexpr double kLeastPivot = 1e-12;
 
+/// Product of the first i entries of a row of L, padded with zeros, with those of v.
+inline double dot(const double* row, const double* v, int i) {
+  Strip products = {};
+  for (int j = 0; j < i; j += kStrip) products += load(row + j) * load(v + j);
+  return sum(products);
+}
+
 }  // namespace
+
+void WorkingSet::clear() noexcept {
+  size_ = updates_ = substituted_ = 0;
+  // Strips reach beyond the last entry, where zero times a number that is not finite would not be zero.
+  multiplier_.fill(0);
+  reciprocal_.fill(0);
+  forward_.fill(0);
+}
 
 void WorkingSet::add(const Metric& metric, int k, Side side) noexcept {
   const double* gram = metric.gram(k);
   double* l = row(size_);
-  double pivot = gram[k] + metric.softness(k);
-  for (int i = 0; i < size_; ++i) {
-    const double* li = row(i);
-    double value = gram[constraint_[i]];
-    for (int j = 0; j < i; ++j) value -= li[j] * l[j];
-    l[i] = value;
+  const int padded = round_up_to_strip(size_);
+  for (int i = 0; i < padded; i += kStrip) store(l + i, Strip{});
+  for (int i = 0; i < size_; ++i) l[i] = gram[constraint_[i]] - dot(row(i), l, i);
+  Strip products = {};
+  for (int i = 0; i < padded; i += kStrip) {
+    const Strip before = load(l + i), after = before * load(reciprocal_.data() + i);
+    products += before * after;
+    store(l + i, after);
   }
-  for (int i = 0; i < size_; ++i) {
-    const double value = l[i];
-    l[i] = value / pivot_[i];
-    pivot -= value * l[i];
-  }
-  pivot_[size_] = std::max(pivot, kLeastPivot);
+  const double pivot = std::max(gram[k] + metric.softness(k) - sum(products), kLeastPivot);
+  pivot_[size_] = pivot;
+  reciprocal_[size_] = 1 / pivot;
   constraint_[size_] = k;
   side_[size_] = side;
   multiplier_[size_] = 0;
@@ -36,32 +50,33 @@ void WorkingSet::add(const Metric& metric, int k, Side side) noexcept {
 void WorkingSet::drop(int dropped) noexcept {
   // Without row and column `dropped`, the rows below lose the product of the column with its pivot; adding it
   // back to their factor is the update L D Lᵀ + α w wᵀ.  [Gill et al. 1974, C1]
-  std::array<double, kMaxConstraints> w;
+  Values factor, beta;
   double alpha = pivot_[dropped];
   for (int i = dropped + 1; i < size_; ++i) {
     const double* from = row(i);
     double* to = row(i - 1);
-    w[i - 1] = from[dropped];
+    // Row i - 1 of the smaller factor: what is right of it was updated by the rows above.
+    double p = from[dropped];
     std::copy(from, from + dropped, to);
-    std::copy(from + dropped + 1, from + i, to + dropped);
-    pivot_[i - 1] = pivot_[i];
+    for (int j = dropped; j < i - 1; ++j) {
+      const double l = from[j + 1];
+      p -= factor[j] * l;
+      to[j] = l + beta[j] * p;
+    }
+    const double before = pivot_[i], after = before + alpha * p * p;
+    factor[i - 1] = p;
+    beta[i - 1] = alpha * p / after;
+    alpha *= before / after;
+    pivot_[i - 1] = after;
+    reciprocal_[i - 1] = 1 / after;
+    std::fill(to + (i - 1), to + round_up_to_strip(i - 1), 0.0);
     constraint_[i - 1] = constraint_[i];
     side_[i - 1] = side_[i];
     multiplier_[i - 1] = multiplier_[i];
   }
   --size_;
   ++updates_;
-  for (int j = dropped; j < size_; ++j) {
-    const double p = w[j], before = pivot_[j];
-    pivot_[j] += alpha * p * p;
-    const double beta = alpha * p / pivot_[j];
-    alpha *= before / pivot_[j];
-    for (int i = j + 1; i < size_; ++i) {
-      double* l = row(i) + j;
-      w[i] -= p * *l;
-      *l += beta * w[i];
-    }
-  }
+  substituted_ = std::min(substituted_, dropped);
 }
 
 void WorkingSet::refactor(const Metric& metric) noexcept {
@@ -72,20 +87,19 @@ void WorkingSet::refactor(const Metric& metric) noexcept {
     add(metric, constraint_[size_], side_[size_]);
     multiplier_[size_ - 1] = multiplier;
   }
-  updates_ = 0;
+  updates_ = substituted_ = 0;
 }
 
-int WorkingSet::move_towards(const double* b) noexcept {
-  std::array<double, kMaxConstraints> target;
-  for (int i = 0; i < size_; ++i) {
-    const double* l = row(i);
-    target[i] = b[i];
-    for (int j = 0; j < i; ++j) target[i] -= l[j] * target[j];
-  }
-  for (int i = 0; i < size_; ++i) target[i] /= pivot_[i];
+void WorkingSet::substitute(int i, double b) noexcept { forward_[i] = b - dot(row(i), forward_.data(), i); }
+
+int WorkingSet::move() noexcept {
+  alignas(32) Values target;
+  const int padded = round_up_to_strip(size_);
+  for (int i = 0; i < padded; i += kStrip)
+    store(target.data() + i, load(forward_.data() + i) * load(reciprocal_.data() + i));
   for (int i = size_ - 1; i > 0; --i) {
     const double* l = row(i);
-    for (int j = 0; j < i; ++j) target[j] -= l[j] * target[i];
+    for (int j = 0; j < i; j += kStrip) store(&target[j], load(&target[j]) - load(l + j) * target[i]);
   }
 
   int blocking = -1;
@@ -95,12 +109,11 @@ int WorkingSet::move_towards(const double* b) noexcept {
     const double limit = multiplier_[i] / (multiplier_[i] - target[i]);
     if (blocking < 0 || limit < step) step = limit, blocking = i;
   }
-  if (blocking < 0) {
-    std::copy_n(target.begin(), size_, multiplier_.begin());
-  } else {
-    for (int i = 0; i < size_; ++i) multiplier_[i] += step * (target[i] - multiplier_[i]);
-    multiplier_[blocking] = 0;
+  for (int i = 0; i < padded; i += kStrip) {
+    const Strip from = load(&multiplier_[i]);
+    store(&multiplier_[i], blocking < 0 ? load(&target[i]) : from + step * (load(&target[i]) - from));
   }
+  if (blocking >= 0) multiplier_[blocking] = 0;
   return blocking;
 }
 

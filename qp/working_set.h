@@ -6,6 +6,12 @@
 
 namespace tendril::qp {
 
+/// Where row i starts in a lower triangle without diagonal whose rows are padded to whole strips.
+constexpr int start_of_row(int i) {
+  const int block = i / kStrip;
+  return kStrip * (kStrip * block * (block + 1) / 2 + (i % kStrip) * (block + 1));
+}
+
 /// The constraints held at a bound, their multipliers, and the factor L D Lᵀ = G_WW + Δ_W of their Gram
 /// matrix, kept up to date as constraints come and go.  [Gill, Golub, Murray & Saunders 1974, method C1;
 /// Arnström et al. 2022]
@@ -23,13 +29,15 @@ class WorkingSet {
   int size() const { return size_; }
   /// Number of the constraint of entry i, as in Metric.
   int constraint(int i) const { return constraint_[i]; }
+  const int* constraints() const { return constraint_.data(); }
   /// Side at which entry i is held.
   Side side(int i) const { return side_[i]; }
   /// Scaled multiplier of entry i.
   double multiplier(int i) const { return multiplier_[i]; }
+  const double* multipliers() const { return multiplier_.data(); }
 
   /// Removes all entries.
-  void clear() { size_ = 0; }
+  void clear() noexcept;
 
   /// Appends constraint k with multiplier zero.
   void add(const Metric& metric, int k, Side side) noexcept;
@@ -47,21 +55,34 @@ class WorkingSet {
   int updates() const { return updates_; }
 
   /// Moves the multipliers towards the solution of (G_WW + Δ_W) λ = b, as far as their signs allow.
-  /// @param b  size() values: by how much the constraints pass their bounds at λ = 0
+  /// @param b  by how much a constraint passes its bound at λ = 0: b(i) for entry i. It is asked only about
+  ///           entries that have come or moved up since the last call, unless forget_b() has been called
   /// @return   the entry whose multiplier came to zero first and stopped the move (the lowest of equals);
   ///           -1 where none did and λ solves the system
-  int move_towards(const double* b) noexcept;
+  template <typename Excess>
+  int move_towards(const Excess& b) noexcept {
+    for (int i = substituted_; i < size_; ++i) substitute(i, b(i));
+    substituted_ = size_;
+    return move();
+  }
+  /// To be called where b has changed for entries that have not.
+  void forget_b() { substituted_ = 0; }
 
  private:
-  double* row(int i) { return rows_.data() + i * (i - 1) / 2; }
+  double* row(int i) { return rows_.data() + start_of_row(i); }
+
+  void substitute(int i, double b) noexcept;
+  int move() noexcept;
 
   int size_ = 0, updates_ = 0;
+  int substituted_ = 0;  // entries whose forward_ is up to date
   std::array<int, kMaxConstraints> constraint_{};
   std::array<Side, kMaxConstraints> side_{};
-  std::array<double, kMaxConstraints> multiplier_{};
-  std::array<double, kMaxConstraints> pivot_{};  // D
-  // L below its unit diagonal, row after row.
-  std::array<double, kMaxConstraints*(kMaxConstraints - 1) / 2> rows_{};
+  alignas(64) Values multiplier_{};
+  alignas(64) Values pivot_{}, reciprocal_{};  // D and D⁻¹
+  alignas(64) Values forward_{};               // L⁻¹ b
+  // L below its unit diagonal, row after row; the padding is zero.
+  alignas(64) std::array<double, start_of_row(kMaxConstraints)> rows_{};
 };
 
 }  // namespace tendril::qp

@@ -70,22 +70,63 @@ TEST_CASE("G is the inverse Hessian seen by the constraints, scaled to a diagona
     const Metric& metric = problem.optimum();
     Eigen::MatrixXd C(2 * n, n);
     C << Eigen::MatrixXd::Identity(n, n), qp.A;
-    for (int k = 0; k < 2 * n; ++k) {
+    for (int c = 0; c < 2 * n; ++c) {
+      const int k = metric.number(c);
       int exponent = 0;
       REQUIRE(std::frexp(metric.weight(k), &exponent) == 0.5);
       REQUIRE(metric.weight(k) * metric.unit(k) == 1);
       REQUIRE(metric.gram(k)[k] > 0.49);
       REQUIRE(metric.gram(k)[k] < 2.01);
-      C.row(k) *= metric.weight(k);
+      C.row(c) *= metric.weight(k);
     }
     const Eigen::VectorXd d = qp.H.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd S = d.asDiagonal() * Eigen::MatrixXd(qp.H) * d.asDiagonal(),
                           CD = C * d.asDiagonal();
     const Eigen::MatrixXd G = CD * S.ldlt().solve(CD.transpose());
     for (int k = 0; k < 2 * n; ++k)
-      for (int i = 0; i < 2 * n; ++i) REQUIRE(metric.gram(k)[i] == Approx(G(i, k)).margin(1e-6));
+      for (int i = 0; i < 2 * n; ++i)
+        REQUIRE(metric.gram(metric.number(k))[metric.number(i)] == Approx(G(i, k)).margin(1e-6));
   }
   CHECK(compared > 20);
+}
+
+TEST_CASE("What G says of a point is off by no more than its error times the terms", "[law]") {
+  using Exact = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
+  std::mt19937_64 random(51);
+  std::normal_distribution<double> normal;
+  double tightest = 0;
+  for (int repeat = 0; repeat < 200; ++repeat) {
+    const int n = 1 + repeat % 32;
+    CAPTURE(n, repeat);
+    const Qp qp = random_qp(random, n, Rows::kFeasible);
+    Problem problem;
+    REQUIRE(problem.prepare(qp.H, qp.A) == Preparation::kReady);
+    const Metric& metric = problem.optimum();
+    // Multipliers of a few constraints, scaled, and a gradient.
+    Eigen::VectorXd lambda = Eigen::VectorXd::Zero(2 * n);
+    for (int i = 0; i < n; ++i) lambda[static_cast<int>(random() % (2 * n))] = normal(random);
+    Exact gamma(n), values = Exact::Zero(2 * n);
+    for (int j = 0; j < n; ++j) gamma[j] = normal(random);
+    for (int k = 0; k < 2 * n; ++k)
+      for (int i = 0; i < 2 * n; ++i)
+        values[i] -= static_cast<long double>(metric.gram(metric.number(k))[metric.number(i)]) *
+                     (lambda[k] + (k < n ? gamma[k] : 0));
+    Exact slope = gamma, rows = Exact::Zero(n);
+    for (int j = 0; j < n; ++j) {
+      slope[j] += lambda[j];
+      for (int i = 0; i < n; ++i) {
+        slope[i] += metric.q(j)[i] * values[j] +
+                    metric.q(i)[metric.number(n + j)] * static_cast<long double>(lambda[n + j]);
+        rows[i] += metric.q(j)[metric.number(n + i)] * values[j];
+      }
+    }
+    const auto terms = static_cast<double>(lambda.cwiseAbs().sum() + gamma.cwiseAbs().sum());
+    const auto off = static_cast<double>(
+        std::max(slope.cwiseAbs().maxCoeff(), (rows - values.tail(n)).cwiseAbs().maxCoeff()));
+    REQUIRE(off <= metric.error() * terms);
+    if (!problem.proximal()) tightest = std::max(tightest, off / (metric.error() * terms));
+  }
+  CHECK(tightest > 1e-3);
 }
 
 }  // namespace tendril::qp

@@ -50,7 +50,8 @@ TEST_CASE("However constraints came and went, the factor solves like one made an
     }
     Eigen::VectorXd b(set.size());
     for (double& entry : b) entry = normal(random);
-    REQUIRE(set.move_towards(b.data()) == -1);
+    set.forget_b();
+    REQUIRE(set.move_towards([&](int i) { return b[i]; }) == -1);
     const Eigen::VectorXd expected = solve_densely(problem.optimum(), set, b);
     CAPTURE(step, set.size());
     for (int i = 0; i < set.size(); ++i)
@@ -66,9 +67,10 @@ TEST_CASE("A multiplier that would change its sign stops all of them where it is
   set.add(problem.optimum(), 1, Side::kUpper);
   set.add(problem.optimum(), 2, Side::kLower);
   const std::array<double, 3> good = {4, 2, -8}, bad = {8, -2, -8};
-  REQUIRE(set.move_towards(good.data()) == -1);
+  REQUIRE(set.move_towards([&](int i) { return good[i]; }) == -1);
   CHECK(set.multiplier(0) == Approx(4));
-  REQUIRE(set.move_towards(bad.data()) == 1);
+  set.forget_b();
+  REQUIRE(set.move_towards([&](int i) { return bad[i]; }) == 1);
   CHECK(set.multiplier(0) == Approx(6));
   CHECK(set.multiplier(1) == 0);
   CHECK(set.multiplier(2) == Approx(-8));
