@@ -14,12 +14,13 @@ namespace {
 
 constexpr size_t kAlignment = 64;  // bytes: a cache line, an AVX-512 vector
 
-AlignedArray allocate(size_t count) {
-  const size_t bytes = (count * sizeof(double) + kAlignment - 1) / kAlignment * kAlignment;
-  auto* memory = static_cast<double*>(std::aligned_alloc(kAlignment, std::max(bytes, kAlignment)));
+template <typename Number>
+AlignedArray<Number> allocate(size_t count) {
+  const size_t bytes = (count * sizeof(Number) + kAlignment - 1) / kAlignment * kAlignment;
+  auto* memory = static_cast<Number*>(std::aligned_alloc(kAlignment, std::max(bytes, kAlignment)));
   if (!memory) throw std::bad_alloc();
   std::memset(memory, 0, std::max(bytes, kAlignment));
-  return AlignedArray(memory);
+  return AlignedArray<Number>(memory);
 }
 
 /// An odd number of cache lines: columns that lie a power of two apart would compete for the same places in
@@ -81,11 +82,11 @@ class Arena {
 
 }  // namespace
 
-void AlignedDelete::operator()(double* p) const noexcept { std::free(p); }
+void AlignedDelete::operator()(void* p) const noexcept { std::free(p); }
 
-Factor::Factor(const StiffnessMatrix& K, const std::vector<std::vector<int>>& border,
+Factor::Factor(const StiffnessMatrix& K, const std::vector<std::vector<int>>& border, Kept kept,
                const FrontKernels& kernels)
-    : kernels_(kernels) {
+    : kept_(kept), kernels_(kernels) {
   for (Supernode& s : assembly_tree(K, elimination_order(K), border)) {
     Place& place = fronts_.emplace_back();
     place.pivots = std::move(s.pivots);
@@ -95,29 +96,37 @@ Factor::Factor(const StiffnessMatrix& K, const std::vector<std::vector<int>>& bo
   }
   for (int s = 0; s < fronts(); ++s)
     if (fronts_[s].parent >= 0) fronts_[fronts_[s].parent].children.push_back(s);
-  lay_out();
+  lay_out(K.size());
   find_entries(K);
   map_rows();
   place_updates();
   border_compliance_.setZero(border.size(), border.size());
 }
 
-void Factor::lay_out() {
-  size_t longest_F = 0, longest_front = 0;
+void Factor::lay_out(int unknowns) {
+  size_t all_L = 0, longest_L = 0, longest_F = 0, longest_front = 0;
   for (Place& f : fronts_) {
     f.k = 3 * static_cast<int>(f.pivots.size());
     f.n = 3 * static_cast<int>(f.rows.size()) + static_cast<int>(f.border.size());
     const int rows = round_up_to_strip(f.k) + round_up_to_strip(f.n);
     f.ld = column_length(rows);
     f.ldu = column_length(f.n);
-    f.L = L_size_;
-    L_size_ += static_cast<size_t>(rows) * f.k;
+    f.L = all_L;
+    all_L += static_cast<size_t>(rows) * f.k;
+    longest_L = std::max(longest_L, static_cast<size_t>(rows) * f.k);
     longest_F = std::max(longest_F, static_cast<size_t>(f.ld) * f.k);
     longest_front = std::max(longest_front, static_cast<size_t>(rows) + kStrip);
   }
-  L_ = allocate(L_size_);
-  F_ = allocate(longest_F);
-  z_ = allocate(2 * longest_front);
+  F_ = allocate<double>(longest_F);
+  if (kept_ == Kept::kDouble) {
+    L_ = allocate<double>(all_L);
+    z_ = allocate<double>(2 * longest_front);
+  } else {
+    L_ = allocate<double>(longest_L);
+    L1_ = allocate<float>(all_L);
+    x1_ = allocate<float>(8 * static_cast<size_t>(unknowns));
+    front1_ = allocate<float>(8 * longest_front);
+  }
 }
 
 void Factor::find_entries(const StiffnessMatrix& K) {
@@ -183,11 +192,12 @@ void Factor::place_updates() {
     f.U = arena.take(size(f));
     for (int c : f.children) arena.give_back(fronts_[c].U, size(fronts_[c]));
   }
-  U_ = allocate(arena.end());
+  U_ = allocate<double>(arena.end());
 }
 
 Front Factor::front(const Place& f) const {
-  return {f.k, f.n, F_.get(), f.ld, L_.get() + f.L, U_.get() + f.U, f.ldu, !f.children.empty()};
+  double* L = L_.get() + (kept_ == Kept::kDouble ? f.L : 0);
+  return {f.k, f.n, F_.get(), f.ld, L, U_.get() + f.U, f.ldu, !f.children.empty()};
 }
 
 bool Factor::factorize(const StiffnessMatrix& K, const Eigen::MatrixXd& B_T) {
@@ -201,6 +211,7 @@ bool Factor::factorize(const StiffnessMatrix& K, const Eigen::MatrixXd& B_T) {
                           static_cast<int>(child.rows_in_parent.size()), f);
     }
     if (!kernels_.eliminate(f)) return false;
+    if (kept_ == Kept::kSingle) keep_single(place, f.L);
     if (place.parent < 0) add_to_border_compliance(place);
   }
   return true;
@@ -234,23 +245,6 @@ void Factor::add_to_border_compliance(const Place& root) {
       low -= U[j * root.ldu + i];
       border_compliance_(root.border[j], root.border[i]) = low;
     }
-}
-
-void Factor::solve(const Eigen::VectorXd& c, Eigen::VectorXd& x) {
-  double* z = z_.get();
-  for (auto place = fronts_.rbegin(); place != fronts_.rend(); ++place) {
-    const Front f = front(*place);
-    double* at = z;
-    for (const int node : place->rows) at = std::copy_n(x.data() + 3 * node, 3, at);
-    for (const int row : place->border) *at++ = -c[row];  // L₁ᵀ x = Y c − L₂ᵀ x
-    std::fill(at, z + round_up_to_strip(f.n), 0.0);
-    double* solution = z + round_up_to_strip(f.n);
-    kernels_.back_substitute(f, z, solution);
-    for (const int node : place->pivots) {
-      std::copy_n(solution, 3, x.data() + 3 * node);
-      solution += 3;
-    }
-  }
 }
 
 size_t Factor::nonzeros() const {

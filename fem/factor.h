@@ -12,23 +12,29 @@ namespace tendril::fem {
 
 /// Memory on 64-byte boundaries, so that strips are whole cache lines.
 struct AlignedDelete {
-  void operator()(double* p) const noexcept;
+  void operator()(void* p) const noexcept;
 };
-using AlignedArray = std::unique_ptr<double[], AlignedDelete>;
+template <typename Number>
+using AlignedArray = std::unique_ptr<Number[], AlignedDelete>;
+
+/// What a factor keeps of L after a factorisation: all of it, or its numbers in single precision, which
+/// take half the memory and half the time to read.
+enum class Kept { kDouble, kSingle };
 
 /// Cholesky factorisation K = L Lᵀ of a stiffness matrix that carries a border B of few rows along:
 /// eliminating K from [K Bᵀ; B 0] leaves −B K⁻¹ Bᵀ, so the compliance seen at the border falls out of the
 /// factorisation, and Y = L⁻¹Bᵀ stands in the same columns as L, ready for K⁻¹Bᵀc by one substitution.
 ///
 /// Multifrontal, with fronts of 3 × 3 blocks: order, tree and all places are worked out once, at
-/// construction; the numbers are factored in place as often as they change.
+/// construction; the numbers are factored in place as often as they change. All is computed in double
+/// precision, whatever is kept.
 class Factor {
  public:
   /// @param border  for each row of B the nodes at which it may be nonzero
   /// @throws  std::runtime_error or std::bad_alloc if memory runs out
   /// Real-time: no (allocates).
   explicit Factor(const StiffnessMatrix& K, const std::vector<std::vector<int>>& border = {},
-                  const FrontKernels& kernels = front_kernels());
+                  Kept kept = Kept::kDouble, const FrontKernels& kernels = front_kernels());
 
   /// Factors the present numbers of K, whose pattern must be the one given at construction.
   /// @param B_T  3N × c, column-major: Bᵀ; what is not finite in it shows in border_compliance() and solve()
@@ -39,11 +45,22 @@ class Factor {
   /// B K⁻¹ Bᵀ, c × c, symmetric to the last bit.
   const Eigen::MatrixXd& border_compliance() const { return border_compliance_; }
 
-  /// x = K⁻¹ Bᵀ c.
+  /// x = K⁻¹ Bᵀ c. Asks for Kept::kDouble.
   /// @param c  as many numbers as B has rows
   /// @param x  result, of size 3N
   /// Real-time: no (time depends on the mesh; allocates nothing).
   void solve(const Eigen::VectorXd& c, Eigen::VectorXd& x);
+
+  /// V ← (L Lᵀ)⁻¹ V, to single precision: K⁻¹V of the matrix factored last, and a preconditioner for those
+  /// like it. Asks for Kept::kSingle.
+  /// Real-time: no (time depends on the mesh; allocates nothing).
+  void precondition(EightVectors& V);
+
+  /// X = K⁻¹ Bᵀ of eight columns of Bᵀ, to single precision. Asks for Kept::kSingle.
+  /// @param first  column of Bᵀ; where there are fewer than eight from it on, the other vectors are zero
+  /// @param X      result, of size 3N
+  /// Real-time: no (time depends on the mesh; allocates nothing).
+  void border_solutions(int first, EightVectors& X);
 
   size_t nonzeros() const;  ///< numbers in the columns of L, merged zeros included, the border's not
   double operations()
@@ -68,7 +85,7 @@ class Factor {
     std::vector<RowMap> rows_in_parent;
   };
 
-  void lay_out();
+  void lay_out(int unknowns);
   void find_entries(const StiffnessMatrix& K);
   void map_rows();
   void place_updates();
@@ -76,11 +93,15 @@ class Factor {
   void assemble(const Place& place, const StiffnessMatrix& K, const Eigen::MatrixXd& B_T,
                 const Front& front) const;
   void add_to_border_compliance(const Place& root);
+  void keep_single(const Place& place, const double* L);
+  void forward_eight();
+  void backward_eight(int first);
 
+  const Kept kept_;
   const FrontKernels& kernels_;
   std::vector<Place> fronts_;
-  AlignedArray L_, U_, F_, z_;
-  size_t L_size_ = 0;
+  AlignedArray<double> L_, U_, F_, z_;    // L_: of one front after the other where single precision is kept
+  AlignedArray<float> L1_, x1_, front1_;  // in single precision: x1_ and front1_ in rows of eight
   Eigen::MatrixXd border_compliance_;
 };
 

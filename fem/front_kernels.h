@@ -50,6 +50,16 @@ struct FrontKernels {
   /// @param z  round_up(n) numbers
   /// @param x  k numbers; room for round_up(k)
   void (*back_substitute)(const Front& front, const double* z, double* x) noexcept;
+
+  // Those below work on eight right sides at once and on L in single precision, laid out as in Front. z has
+  // rows of eight numbers, one a right side: round_up(k) rows of the pivots, the padding zero, then
+  // round_up(n) rows that stay. L and z start on 64 bytes.
+
+  /// z₁ ← y with L₁ y = z₁, and z₂ ← −L₂ y.
+  void (*forward_eight)(const float* L, int k, int n, float* z) noexcept;
+
+  /// z₁ ← x with L₁ᵀ x = z₁ − L₂ᵀ z₂.
+  void (*backward_eight)(const float* L, int k, int n, float* z) noexcept;
 };
 
 extern const FrontKernels kFrontKernelsV3;

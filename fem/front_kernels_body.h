@@ -2,6 +2,7 @@
 // is compiled for. See simd.h for what may not be used here.
 
 #include "fem/front_kernels.h"
+#include "fem/front_kernels_eight.h"
 
 #ifdef __AVX512F__
 #include <immintrin.h>  // its functions are always inlined
@@ -304,6 +305,7 @@ void back_substitute(const Front& f, const double* z, double* x) noexcept {
 
 }  // namespace
 
-const FrontKernels TENDRIL_FRONT_KERNELS{extend_add, eliminate, back_substitute};
+const FrontKernels TENDRIL_FRONT_KERNELS{extend_add, eliminate, back_substitute, forward_eight,
+                                         backward_eight};
 
 }  // namespace tendril::fem

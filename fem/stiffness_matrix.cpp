@@ -57,6 +57,21 @@ Eigen::VectorXd StiffnessMatrix::multiply(const Eigen::VectorXd& x) const {
   return y;
 }
 
+void StiffnessMatrix::multiply(const EightVectors& X, EightVectors& Y) const {
+  using EightOfNode = Eigen::Matrix<double, 8, 3>;
+  Y.setZero(8, size());
+  for (int j = 0; j < nodes_; ++j) {
+    const EightOfNode X_j = X.middleCols<3>(3 * j);
+    EightOfNode Y_j = X_j * Eigen::Map<const Eigen::Matrix3d>(block(column_starts_[j])).transpose();
+    for (int k = column_starts_[j] + 1; k < column_starts_[j + 1]; ++k) {
+      const Eigen::Map<const Eigen::Matrix3d> A_ij(block(k));
+      Y.middleCols<3>(3 * rows_[k]) += X_j * A_ij.transpose();
+      Y_j += X.middleCols<3>(3 * rows_[k]) * A_ij;
+    }
+    Y.middleCols<3>(3 * j) += Y_j;
+  }
+}
+
 Eigen::MatrixXd StiffnessMatrix::dense() const {
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(size(), size());
   for (int j = 0; j < nodes_; ++j)

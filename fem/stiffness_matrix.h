@@ -5,6 +5,10 @@
 
 namespace tendril::fem {
 
+/// Eight vectors of size 3N, the eight numbers of an unknown side by side: what meets all of them is read
+/// once.
+using EightVectors = Eigen::Matrix<double, 8, Eigen::Dynamic>;
+
 /// A symmetric sparse matrix of 3 × 3 blocks, one row of blocks a node, whose pattern is fixed at
 /// construction.
 ///
@@ -42,6 +46,8 @@ class StiffnessMatrix {
 
   /// y = A x for a vector of size 3N.
   Eigen::VectorXd multiply(const Eigen::VectorXd& x) const;
+  /// Y = A X. Allocates nothing once Y has its size.
+  void multiply(const EightVectors& X, EightVectors& Y) const;
 
   /// Dense copy, both triangles; for tests and small systems.
   Eigen::MatrixXd dense() const;

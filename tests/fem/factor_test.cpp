@@ -16,6 +16,7 @@ namespace {
 using testing::random_vector;
 
 constexpr double kReference = 1e-9;  // what the fast path may differ from CHOLMOD by, relative
+constexpr double kSingle = 1e-3;     // the same in single precision: 2⁻²⁴ times a beam's condition
 
 /// A beam's stiffness and a border of rows that touch few nodes, one node, all nodes and none.
 struct Bordered {
@@ -60,7 +61,7 @@ TEST_CASE("The factor sees the compliance at its border as CHOLMOD does", "[law]
        {std::array{1, 1, 1}, std::array{9, 1, 1}, std::array{7, 4, 3}, std::array{20, 8, 8}}) {
     Bordered b(nx, ny, nz, seed);
     CAPTURE(nx, ny, nz);
-    Factor factor(b.K, b.border, *kernels);
+    Factor factor(b.K, b.border, Kept::kDouble, *kernels);
     REQUIRE(factor.factorize(b.K, b.B_T));
     CholmodFactor reference(b.K);
     REQUIRE(reference.factorize(b.K));
@@ -75,6 +76,44 @@ TEST_CASE("The factor sees the compliance at its border as CHOLMOD does", "[law]
     factor.solve(c, x);
     CHECK((x - moves * c).norm() <= kReference * (moves * c).norm());
     CHECK((b.K.multiply(x) - b.B_T * c).norm() <= kReference * (b.B_T * c).norm());
+  }
+}
+
+TEST_CASE("Eight vectors at once are multiplied as each of them is", "[law]") {
+  Bordered b(7, 4, 3, 9);
+  const EightVectors X = random_vector(b.random, 8 * b.K.size(), 1.0).reshaped(8, b.K.size());
+  EightVectors Y;
+  b.K.multiply(X, Y);
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::VectorXd y = b.K.multiply(Eigen::VectorXd(X.row(i).transpose()));
+    CHECK((Y.row(i).transpose() - y).norm() <= 1e-13 * y.norm());
+  }
+}
+
+TEST_CASE("A factor kept in single precision solves as the stiffness to single precision", "[law]") {
+  const unsigned seed = GENERATE(6u, 7u);
+  const FrontKernels* kernels = GENERATE(from_range(all_kernels()));
+  CAPTURE(seed, kernels == &kFrontKernelsV3);
+  for (const auto& [nx, ny, nz] : {std::array{1, 1, 1}, std::array{7, 4, 3}, std::array{20, 8, 8}}) {
+    Bordered b(nx, ny, nz, seed);
+    CAPTURE(nx, ny, nz);
+    Factor factor(b.K, b.border, Kept::kSingle, *kernels);
+    REQUIRE(factor.factorize(b.K, b.B_T));
+    CholmodFactor reference(b.K);
+    REQUIRE(reference.factorize(b.K));
+    Eigen::MatrixXd expected;
+    EightVectors V = random_vector(b.random, 8 * b.K.size(), 1.0).reshaped(8, b.K.size());
+    reference.solve(V.transpose(), expected);
+    factor.precondition(V);
+    CHECK((V.transpose() - expected).norm() <= kSingle * expected.norm());
+
+    reference.solve(b.B_T, expected);
+    EightVectors X(8, b.K.size());
+    factor.border_solutions(1, X);  // of rows 1, 2 and 3
+    CHECK((X.topRows(3).transpose() - expected.rightCols(3)).norm() <= kSingle * expected.norm());
+    CHECK(X.bottomRows(5).isZero(0));
+    const Eigen::MatrixXd W = b.B_T.transpose() * expected;
+    CHECK((factor.border_compliance() - W).norm() <= kReference * W.norm());  // in double all the same
   }
 }
 
@@ -130,12 +169,16 @@ TEST_CASE("Factoring again allocates nothing", "[rt]") {
     return;
   }
   Bordered b(7, 3, 3, 4);
-  Factor factor(b.K, b.border);
+  Factor factor(b.K, b.border), single(b.K, b.border, Kept::kSingle);
   const Eigen::VectorXd c = random_vector(b.random, 4, 1.0);
   Eigen::VectorXd x(b.model.unknowns());
+  EightVectors X = EightVectors::Ones(8, b.model.unknowns()), Y = X;
   const rt::HeapGuard guard;
-  const bool good = factor.factorize(b.K, b.B_T);
+  const bool good = factor.factorize(b.K, b.B_T) && single.factorize(b.K, b.B_T);
   factor.solve(c, x);
+  single.precondition(X);
+  single.border_solutions(0, X);
+  b.K.multiply(X, Y);
   CHECK(guard.calls() == 0);
   CHECK(good);
 }
@@ -203,6 +246,47 @@ TEST_CASE("Kernels of every instruction set eliminate a front as a dense Cholesk
       const Eigen::VectorXd expected =
           L1.transpose().triangularView<Eigen::Upper>().solve(-(L2.transpose() * stay));
       CHECK((Eigen::Map<Eigen::VectorXd>(x.at(), k) - expected).norm() <= 1e-9 * (1 + expected.norm()));
+    }
+}
+
+TEST_CASE("Kernels of every instruction set substitute eight right sides as a dense triangle does", "[law]") {
+  const unsigned seed = 8;
+  std::mt19937 random(seed);
+  CAPTURE(seed);
+  for (const FrontKernels* kernels : all_kernels())
+    for (const auto& [k, n] : {std::pair{1, 1}, {3, 10}, {8, 8}, {24, 49}, {33, 7}, {64, 0}}) {
+      CAPTURE(kernels == &kFrontKernelsV3, k, n);
+      const int kp = round_up_to_strip(k), np = round_up_to_strip(n);
+      // L with ones on the diagonal and little below it, so that no error grows.
+      Eigen::MatrixXf L = Eigen::MatrixXf::Zero(kp + np, k);
+      for (int c = 0; c < k; ++c) {
+        for (int r = c; r < k; ++r) L(r, c) = random_vector(random, 1, 0.1).cast<float>()[0] + float(r == c);
+        for (int r = kp; r < kp + n; ++r) L(r, c) = random_vector(random, 1, 0.1).cast<float>()[0];
+      }
+      std::vector<double> memory(4 * (kp + np) * (k + kStrip) + 2 * kStrip);
+      const auto address = reinterpret_cast<std::uintptr_t>(memory.data());
+      auto* strips = reinterpret_cast<float*>((address + 63) / 64 * 64);
+      float* z = strips + static_cast<size_t>(kp + np) * kp;
+      for (int r = 0; r < kp + np; ++r)
+        for (int c = 0; c < k; ++c) strips[(r / kStrip) * kStrip * k + kStrip * c + r % kStrip] = L(r, c);
+      Eigen::Map<Eigen::Matrix<float, 8, Eigen::Dynamic>> rows(z, 8, kp + np);
+      rows.setZero();
+      const Eigen::MatrixXf b = random_vector(random, 8 * k, 1.0).cast<float>().reshaped(k, 8);
+      const auto L1 = L.topRows(k).triangularView<Eigen::Lower>();
+      const auto L2 = L.middleRows(kp, n);
+
+      rows.leftCols(k) = b.transpose();
+      kernels->forward_eight(strips, k, n, z);
+      const Eigen::MatrixXf y = L1.solve(b);
+      CHECK((rows.leftCols(k).transpose() - y).norm() <= 1e-4f * y.norm());
+      CHECK((rows.middleCols(kp, n).transpose() + L2 * y).norm() <= 1e-4f * y.norm());
+
+      const Eigen::MatrixXf stay = random_vector(random, 8 * n, 1.0).cast<float>().reshaped(n, 8);
+      rows.leftCols(k) = b.transpose();
+      rows.middleCols(kp, n) = stay.transpose();
+      kernels->backward_eight(strips, k, n, z);
+      const Eigen::MatrixXf x = L1.transpose().solve(b - L2.transpose() * stay);
+      CHECK((rows.leftCols(k).transpose() - x).norm() <= 1e-4f * x.norm());
     }
 }
 
