@@ -10,7 +10,7 @@ Dynamics::Dynamics(const Model& model, const Constraints& constraints, const Dam
       damping_(damping),
       A_(model.make_stiffness(constraints.cliques())),
       assembler_(model, A_),
-      response_(constraints, A_, Response::Rows::kActuators) {
+      response_(constraints, A_, Border::Rows::kActuators) {
   reset(model.rest());
 }
 

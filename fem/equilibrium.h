@@ -1,12 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <variant>
 
 #include "fem/assembler.h"
 #include "fem/compliance.h"
 #include "fem/constraints.h"
 #include "fem/imposed_displacement.h"
 #include "fem/model.h"
+#include "fem/reused_response.h"
 
 namespace tendril::fem {
 
@@ -17,6 +19,10 @@ enum class Pose {
   kDiverged,             ///< positions are not finite, or elements are inside out
 };
 
+/// How the response to the actuators is found: with a factorisation at each pose, or with one that is reused
+/// for many, which is the faster way with large meshes and small steps.
+enum class Solver { kDirect, kReused };
+
 /// What an iteration toward equilibrium came to.
 struct Settled {
   bool converged;  ///< at rest, and stable: the exact tangent is positive definite there
@@ -25,24 +31,24 @@ struct Settled {
   Eigen::VectorXd lambda;  ///< efforts at the end, N or Pa
 };
 
-/// The quasi-static body: a pose x that follows the efforts by Newton's method, one factorisation serving
-/// both the step and the compliance [Largilliere 2015, eqs. 1 to 4 and step 7 of the loop].
+/// The quasi-static body: a pose x that follows the efforts by Newton's method, one response serving both the
+/// step and the compliance [Largilliere 2015, eqs. 1 to 4 and step 7 of the loop].
 ///
 /// linearise() then advance() is one refresh of the model thread; the settle functions repeat it until x
 /// rests.
 class Equilibrium {
  public:
   /// Starts at rest. Keeps references to the model and the constraints.
-  Equilibrium(const Model& model, const Constraints& constraints);
+  Equilibrium(const Model& model, const Constraints& constraints, Solver solver = Solver::kDirect);
 
   const Eigen::VectorXd& x() const { return x_; }  ///< 3N, m
   /// Places the body; linearise() is to be called before it moves on.
   void set_x(const Eigen::VectorXd& x);
 
-  /// Assembles and factors K at x under the efforts λ (their own stiffness included) and computes the
-  /// compliance. Uses the exact tangent; where that is not positive definite, as it may be away from
-  /// equilibrium, the semidefinite part of it. Where the last step went too far, into a pose that is inside
-  /// out, it is halved until it did not.
+  /// Assembles K at x under the efforts λ (their own stiffness included), factors it or solves with it, and
+  /// computes the compliance. Uses the exact tangent; where that is not positive definite, as it may be away
+  /// from equilibrium, the semidefinite part of it. Where the last step went too far, into a pose that is
+  /// inside out, it is halved until it did not.
   /// @param lambda  m, N or Pa
   /// @return  kDiverged also where λ is not finite
   /// Real-time: no (time depends on the mesh).
@@ -51,7 +57,7 @@ class Equilibrium {
   /// Compliance at the last pose linearised.
   const Compliance& compliance() const { return compliance_; }
 
-  /// x ← x + K⁻¹ (f + f_ext + J_aᵀ λ) with the factor of the last linearise(), shortened where a node would
+  /// x ← x + K⁻¹ (f + f_ext + J_aᵀ λ) with the response of the last linearise(), shortened where a node would
   /// move too far at once. Where that call did not say kUsable, or x has been set since, x stays where it is.
   /// @return  the largest displacement of a node that Newton's step asked for, m; 0 where x stays
   double advance(const Eigen::VectorXd& lambda);
@@ -68,7 +74,8 @@ class Equilibrium {
 
  private:
   Pose linearise_here(const Eigen::VectorXd& lambda);
-  bool stable() const { return tangent_ == Tangent::kExact; }
+  bool respond(const Eigen::VectorXd& lambda);
+  bool at_rest(double move, double tolerance);
 
   const Model& model_;
   const Constraints& constraints_;
@@ -77,7 +84,7 @@ class Equilibrium {
   double longest_move_;                // m: Newton's steps are cut to this
   Tangent tangent_ = Tangent::kExact;  // the one that served last
   bool usable_ = false;                // response_ belongs to the pose from which x_ is to move on
-  Response response_;
+  std::variant<Response, ReusedResponse> response_;
   Eigen::VectorXd x_, before_, r_, dx_;  // before_: x before the last step
   Compliance compliance_;
 };

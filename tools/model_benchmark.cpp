@@ -90,7 +90,7 @@ struct Split {
                int repetitions) {
     fem::StiffnessMatrix K = robot.model.make_stiffness(robot.constraints.cliques());
     fem::Assembler assembler(robot.model, K);
-    fem::Response response(robot.constraints, K, fem::Response::Rows::kActuatorsAndEffectors);
+    fem::Response response(robot.constraints, K, fem::Border::Rows::kActuatorsAndEffectors);
     fem::Compliance W;
     qp::Problem qp;
     Eigen::VectorXd r, dx;

@@ -86,6 +86,20 @@ TEST_CASE("A cantilever's small deflection follows its weight linearly", "[law]"
   CHECK(tip[1] / tip[0] == Approx(2).epsilon(1e-4));
 }
 
+TEST_CASE("With a factor that is reused the body comes to the same rest, and it is factored there", "[law]") {
+  const testing::Beam beam;
+  Equilibrium direct(beam.model, beam.constraints), reused(beam.model, beam.constraints, Solver::kReused);
+  const Eigen::Vector2d delta_a(0.004, -0.001);
+  for (Equilibrium* body : {&direct, &reused}) {
+    REQUIRE(body->settle_under_efforts(Eigen::Vector2d(1.5, 0.2), 1e-11).converged);
+    REQUIRE(body->settle_at_displacements(delta_a, Sign::kPullOnly, 1e-11).converged);
+  }
+  CHECK((direct.x() - reused.x()).lpNorm<Eigen::Infinity>() < 1e-10);
+  // The compliance of the last pose has no error of an iteration: it was factored.
+  CHECK((direct.compliance().W_aa - reused.compliance().W_aa).norm() <
+        1e-8 * direct.compliance().W_aa.norm());
+}
+
 TEST_CASE("A pose turned inside out is reported, not linearised", "[law]") {
   Beam beam;
   Eigen::VectorXd x = beam.model.rest();
@@ -130,7 +144,7 @@ TEST_CASE("A buckled column is not called an equilibrium", "[law]") {
   const Mesh mesh = testing::beam(10, 2, 2, 0.01);
   const Model model = testing::beam_model(mesh, {150e3, 0.45}, 0.5, {-testing::kGravity, 0, 0});
   const Constraints constraints(model, {}, {PointEffector{{attach(model.mesh(), {0.1, 0.01, 0.01}, 0)}}});
-  Equilibrium body(model, constraints);
+  Equilibrium body(model, constraints, GENERATE(Solver::kDirect, Solver::kReused));
   const Settled settled = body.settle_under_efforts(Eigen::VectorXd(), 1e-9);
   if (settled.converged) {
     StiffnessMatrix K = model.make_stiffness({});
