@@ -32,6 +32,8 @@ void read_control(Reader& r, ControlConfig& control) {
   r.may("late_cycles_limit", control.late_cycles_limit, Range{.at_least = 1});
   r.may("model_rate_limit", control.model_rate_limit_hz, Dimension::kRate,
         Range{.at_least = 0, .at_most = kFastestRate});
+  r.may("model_solver", control.model_solver,
+        Words<fem::Solver>{{"direct", fem::Solver::kDirect}, {"reused", fem::Solver::kReused}});
   r.may("stop", control.stop,
         Words<rt::StopAction>{{"hold", rt::StopAction::kHold}, {"relax", rt::StopAction::kRelax}});
   r.may("workspace", control.workspace_min, control.workspace_max, Dimension::kLength);

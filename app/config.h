@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "fem/equilibrium.h"
 #include "fem/material.h"
 #include "fem/mesh.h"
 #include "rt/controller.h"
@@ -135,6 +136,7 @@ struct ControlConfig {
   double target_age_limit = 0.5;    // s
   int late_cycles_limit = 20;       // in a row
   double model_rate_limit_hz = 0;   // 0: as fast as it can
+  fem::Solver model_solver = fem::Solver::kDirect;
   rt::StopAction stop = rt::StopAction::kHold;
   Eigen::Vector3d workspace_min = Eigen::Vector3d::Constant(-1);  // m
   Eigen::Vector3d workspace_max = Eigen::Vector3d::Constant(1);   // m

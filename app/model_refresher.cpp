@@ -33,7 +33,7 @@ ModelRefresher::ModelRefresher(const Robot& robot, const Config& config)
       weights_(robot.constraints.effector_coordinates()),
       moved_(robot.constraints.actuators()),
       pressure_(robot.constraints.actuators()),
-      equilibrium_(robot.model, robot.constraints),
+      equilibrium_(robot.model, robot.constraints, config.control.model_solver),
       lambda_(Eigen::VectorXd::Zero(robot.constraints.actuators())),
       last_good_x_(robot.model.rest()),
       settled_at_(Eigen::VectorXd::Zero(robot.constraints.actuators())) {

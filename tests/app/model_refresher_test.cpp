@@ -14,7 +14,10 @@ namespace {
 constexpr double kClose_m = 1e-8;
 
 struct Finger {
-  Finger() : config(load_config(std::string(TENDRIL_SOURCE_DIR) + "/config/finger.yaml")) {}
+  explicit Finger(fem::Solver solver = fem::Solver::kDirect)
+      : config(load_config(std::string(TENDRIL_SOURCE_DIR) + "/config/finger.yaml")) {
+    config.control.model_solver = solver;
+  }
 
   /// Shortenings that the snapshot predicts under efforts, m.
   Eigen::VectorXd lengths(const Eigen::VectorXd& lambda) const {
@@ -80,7 +83,9 @@ TEST_CASE("A snapshot's matrices tell what a small change of effort does", "[law
 }
 
 TEST_CASE("Refreshes under constant efforts bring the body to the equilibrium of these efforts", "[law]") {
-  Finger f;
+  const auto solver = GENERATE(fem::Solver::kDirect, fem::Solver::kReused);
+  CAPTURE(solver == fem::Solver::kReused);
+  Finger f(solver);
   REQUIRE(f.model.settle(Eigen::Vector2d::Zero()));
   REQUIRE(f.model.refresh(f.nothing, 0, *f.snapshot));
   const Eigen::Vector2d lambda(0.8, 0.2);
@@ -94,7 +99,9 @@ TEST_CASE("Refreshes under constant efforts bring the body to the equilibrium of
 
 TEST_CASE("A refresh that fails keeps the last good pose and says so, and good efforts serve again",
           "[unit]") {
-  Finger f;
+  const auto solver = GENERATE(fem::Solver::kDirect, fem::Solver::kReused);
+  CAPTURE(solver == fem::Solver::kReused);
+  Finger f(solver);
   REQUIRE(f.model.settle(Eigen::Vector2d(1e-3, 0.5e-3)));
   REQUIRE(f.model.refresh(f.nothing, 0, *f.snapshot));
   const Eigen::VectorXd good_x = f.model.x();
