@@ -18,34 +18,12 @@
 #include "fem/compliance.h"
 #include "fem/dynamics.h"
 #include "rt/heap_guard.h"
-#include "rt/periodic_clock.h"
+#include "times.h"
 
 namespace tendril {
 namespace {
 
 using Json = nlohmann::json;
-
-/// Times of one thing, ms.
-class Times {
- public:
-  template <typename Function>
-  void measure(Function&& function) {
-    const auto begin = rt::now_ns();
-    function();
-    times_.push_back(1e-6 * static_cast<double>(rt::now_ns() - begin));
-  }
-  double min() const { return times_.empty() ? 0 : *std::min_element(times_.begin(), times_.end()); }
-  double median() const {
-    if (times_.empty()) return 0;
-    std::vector<double> sorted = times_;
-    std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
-    return sorted[sorted.size() / 2];
-  }
-  Json json() const { return {{"min", min()}, {"median", median()}}; }
-
- private:
-  std::vector<double> times_;
-};
 
 [[noreturn]] void fail(const std::string& what) {
   fmt::print(stderr, "model_benchmark: {}\n", what);
