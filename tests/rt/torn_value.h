@@ -27,12 +27,14 @@ class Interruptions {
   }
 };
 
-/// A value that shows whether it is torn: each of its words follows from its number, and each is written,
-/// read and copied one by one with interruptions in between.
+/// A value that shows whether it is torn: how many words it has, and each of them, follows from its number;
+/// each is written, read and copied one by one with interruptions in between. Lengths differ at random, so
+/// that writer and reader get past each other at every place, and what an older, longer value left lies
+/// behind.
 class TornValue {
  public:
   void write(std::uint64_t number) noexcept {
-    for (std::size_t i = 0; i < words_.size(); ++i) {
+    for (std::size_t i = 0; i < length(number); ++i) {
       Interruptions::maybe();
       words_[i] = word(number, i);
     }
@@ -43,17 +45,17 @@ class TornValue {
   bool torn() const noexcept {
     const std::uint64_t expected = number();
     bool torn = false;
-    for (std::size_t i = 0; i < words_.size(); ++i) {
+    for (std::size_t i = 0; i < length(expected); ++i) {
       Interruptions::maybe();
       torn |= words_[i] != word(expected, i);
     }
     return torn;
   }
 
-  TornValue() { words_.fill(0), write(0); }
+  TornValue() { words_.fill(0); }
   TornValue(const TornValue& other) noexcept { *this = other; }
   TornValue& operator=(const TornValue& other) noexcept {
-    for (std::size_t i = 0; i < words_.size(); ++i) {
+    for (std::size_t i = 0; i < length(other.number()); ++i) {
       Interruptions::maybe();
       words_[i] = other.words_[i];
     }
@@ -61,10 +63,15 @@ class TornValue {
   }
 
  private:
+  static constexpr std::size_t kLongest = 48;
+  /// 1 to kLongest, as good as drawn for each number (Fibonacci hashing).
+  static std::size_t length(std::uint64_t number) {
+    return 1 + ((number * 0x9E3779B97F4A7C15u) >> 32) % kLongest;
+  }
   static std::uint64_t word(std::uint64_t number, std::size_t i) {
     return number + i * 0x9E3779B97F4A7C15u * number;
   }
-  std::array<std::uint64_t, 48> words_;
+  std::array<std::uint64_t, kLongest> words_;
 };
 
 }  // namespace tendril::rt
