@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <spdlog/spdlog.h>
-#include <systemd/sd-daemon.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -19,6 +18,7 @@
 #include "app/report_pictures.h"
 #include "app/robot.h"
 #include "app/run_recorder.h"
+#include "app/service_manager.h"
 #include "app/stop_signal.h"
 #include "hal/bus.h"
 #include "hal/cia402_master.h"
@@ -49,17 +49,20 @@ struct StopAtExit {
   ~StopAtExit() { requests.stop = true; }
 };
 
-/// What the main thread does while the control thread runs: drains the trace, feeds targets, shows progress.
+/// What the main thread does while the control thread runs: drains the trace, feeds targets, tells a person
+/// and the service manager how it goes.
 class Housekeeping {
  public:
   Housekeeping(const Config& config, const DaemonOptions& options, Channels& channels,
-               const ModelThread& model, rt::EffectorVector rest, RunRecorder* recorder)
+               const ModelThread& model, rt::EffectorVector rest, RunRecorder* recorder,
+               ServiceManager& service)
       : config_(config),
         options_(options),
         channels_(channels),
         model_(model),
         rest_(std::move(rest)),
-        recorder_(recorder) {}
+        recorder_(recorder),
+        service_(service) {}
 
   /// One round. What the control thread waits for comes first, what may take its time last.
   void tend() {
@@ -72,6 +75,8 @@ class Housekeeping {
                             1e-9 * static_cast<double>(now_ns - running_since_ns_) > options_.duration_s;
     if (stop_signalled() || time_is_up) channels_.requests.stop = true;
     drain();
+    service_.feed_watchdog(now_ns, cycles_);
+    if (now_ns - told_ns_ >= kProgress_ns) tell_status(now_ns);
     if (now_ns >= next_progress_ns_) show_progress(now_ns);
   }
 
@@ -81,6 +86,7 @@ class Housekeeping {
     while (channels_.trace.pop(record)) {
       if (record.phase != last_.phase) announce(record);
       if (record.faults.bits() != last_.faults.bits()) tell_faults(record.faults, record.intended_ns);
+      ++cycles_;
       late_ += record.missed;
       if (recorder_) recorder_->add(record, motion_ ? &*motion_ : nullptr);
       last_ = record;
@@ -102,9 +108,28 @@ class Housekeeping {
     if (record.phase == rt::Phase::kRunning) {
       running_since_ns_ = record.intended_ns;
       if (config_.motion) motion_.emplace(config_, rest_, record);
-      sd_notify(0, "READY=1");
+      service_.ready();
     }
-    if (record.phase == rt::Phase::kStopping) sd_notify(0, "STOPPING=1");
+    if (record.phase >= rt::Phase::kStopping && last_.phase < rt::Phase::kStopping) service_.stopping();
+  }
+
+  /// Rates are those since the last status: what stands still shows.
+  void tell_status(std::int64_t now_ns) {
+    const double elapsed_s = 1e-9 * static_cast<double>(now_ns - told_ns_);
+    const std::uint64_t refreshes = model_.refreshes();
+    std::string line =
+        cycles_ == told_cycles_
+            ? "the control thread stands still"
+            : fmt::format("{}, {:.0f} of {:g} Hz", rt::name(last_.phase),
+                          static_cast<double>(cycles_ - told_cycles_) / elapsed_s, config_.control.rate_hz);
+    line += fmt::format(", late {}, model {:.0f} Hz", late_,
+                        static_cast<double>(refreshes - told_refreshes_) / elapsed_s);
+    for (const rt::FaultRule& rule : rt::kFaultTable)
+      if (last_.faults.has(rule.fault)) line += fmt::format("; {}", rule.words);
+    service_.status(line);
+    told_ns_ = now_ns;
+    told_cycles_ = cycles_;
+    told_refreshes_ = refreshes;
   }
 
   void show_progress(std::int64_t now_ns) {
@@ -129,9 +154,13 @@ class Housekeeping {
   const ModelThread& model_;
   rt::EffectorVector rest_;  // where effectors that do not move stay
   RunRecorder* recorder_;
+  ServiceManager& service_;
   std::optional<Motion> motion_;
   rt::TraceRecord last_;
-  std::int64_t running_since_ns_ = 0, next_progress_ns_ = 0, next_tale_ns_ = 0, late_ = 0;
+  std::int64_t running_since_ns_ = 0, next_progress_ns_ = 0, next_tale_ns_ = 0;
+  std::int64_t cycles_ = 0, late_ = 0;
+  std::int64_t told_ns_ = rt::now_ns(), told_cycles_ = 0;  // with the last status
+  std::uint64_t told_refreshes_ = 0;
 };
 
 std::string stop_reason(const rt::Controller& controller, const hal::DriveMaster& master) {
@@ -162,8 +191,10 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   rt::ControlLoop loop(*bus, master, controller, channels->snapshots, channels->targets, channels->feedback,
                        channels->requests);
   ModelThread model(*robot, config, *channels);
+  ServiceManager service;
   {
-    Housekeeping housekeeping(config, options, *channels, model, rest, recorder ? &*recorder : nullptr);
+    Housekeeping housekeeping(config, options, *channels, model, rest, recorder ? &*recorder : nullptr,
+                              service);
     rt::RealtimeThread control({"control", config.control.priority, config.control.cpu},
                                options.allow_non_rt ? rt::RtRights::kIgnore : rt::RtRights::kRequire, [&] {
                                  rt::PeriodicClock clock(config.control.rate_hz);
@@ -182,7 +213,10 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   model.stop();
 
   const std::string reason = stop_reason(controller, master);
-  if (!reason.empty()) spdlog::error("stopped: {}", reason);
+  if (!reason.empty()) {
+    service.status("stopped: " + reason);
+    spdlog::error("stopped: {}", reason);
+  }
   spdlog::info("drives disabled; {} cycles, {} late; {} model refreshes, {} failed", counts->cycles,
                counts->late_cycles, model.refreshes(), model.failures());
   if (recorder) {

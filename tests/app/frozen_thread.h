@@ -1,0 +1,29 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <memory>
+#include <string>
+
+namespace tendril::app {
+
+/// A thread of a program under test that hangs: the kernel keeps it from running, as a debugger's breakpoint
+/// does, while the other threads of its process go on. It goes on with the end of the object.
+class FrozenThread {
+ public:
+  /// @param process  a child of this one
+  /// @param name     the thread's, as `top -H` shows it
+  /// @return  nothing where the kernel does not let us (ptrace)
+  /// @throws std::runtime_error where there is no such thread
+  static std::unique_ptr<FrozenThread> freeze(pid_t process, const std::string& name);
+
+  ~FrozenThread();
+  FrozenThread(const FrozenThread&) = delete;
+  FrozenThread& operator=(const FrozenThread&) = delete;
+
+ private:
+  explicit FrozenThread(pid_t thread) : thread_(thread) {}
+  pid_t thread_;
+};
+
+}  // namespace tendril::app
