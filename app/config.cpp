@@ -17,6 +17,7 @@ constexpr double kFastestRate = 20e3;  // Hz; no CAN bus carries a cycle in less
 constexpr Range kPositive = {.above = 0};
 constexpr Range kNotNegative = {.at_least = 0};
 constexpr Range kLoopRate = {.above = 0, .at_most = kFastestRate};
+constexpr Range kCpu = {.at_least = -1, .at_most = 1023};
 constexpr Range kHeartbeat = {.at_least = 1e-3, .at_most = 65.535};  // u16 in ms, CiA 301 objects 1016, 1017
 constexpr std::size_t kLongestInterface = 15;                        // IFNAMSIZ less the final 0
 constexpr std::size_t kLongestSocketPath = 107;                      // sun_path likewise
@@ -26,7 +27,9 @@ void read_control(Reader& r, ControlConfig& control) {
   r.may("epsilon", control.epsilon, Dimension::kNumber, kNotNegative);
   r.may("iteration_cap", control.iteration_cap, Range{.at_least = 1});
   r.may("priority", control.priority, Range{.at_least = 1, .at_most = 98});
-  r.may("cpu", control.cpu, Range{.at_least = -1, .at_most = 1023});
+  r.may("cpu", control.cpu, kCpu);
+  r.may("model_cpu", control.model_cpu, kCpu);
+  r.may("housekeeping_cpu", control.housekeeping_cpu, kCpu);
   r.may("snapshot_age_limit", control.snapshot_age_limit, Dimension::kTime, kPositive);
   r.may("target_age_limit", control.target_age_limit, Dimension::kTime, kPositive);
   r.may("late_cycles_limit", control.late_cycles_limit, Range{.at_least = 1});

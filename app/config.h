@@ -132,6 +132,8 @@ struct ControlConfig {
   int iteration_cap = 100;          // of the QP
   int priority = 80;                // SCHED_FIFO, 1..98: 99 is the kernel's own
   int cpu = -1;                     // the control thread's; -1: any
+  int model_cpu = -1;               // the model thread's
+  int housekeeping_cpu = -1;        // the main thread's
   double snapshot_age_limit = 0.5;  // s
   double target_age_limit = 0.5;    // s
   int late_cycles_limit = 20;       // in a row

@@ -202,6 +202,8 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
                                });
     // Whatever throws from here on: the thread that `control` waits for has been told to end.
     const StopAtExit stop_at_exit{channels->requests};
+    // Not before: threads are born with the CPUs of the one that makes them.
+    rt::keep_to_cpu(pthread_self(), "housekeeping", config.control.housekeeping_cpu);
     if (!control.refusal().empty()) spdlog::warn("{}", control.refusal());
     while (!channels->progress.ended.load(std::memory_order_acquire)) {
       housekeeping.tend();

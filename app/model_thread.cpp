@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "rt/periodic_clock.h"
+#include "rt/thread.h"
 
 namespace tendril::app {
 namespace {
@@ -23,6 +24,12 @@ ModelThread::ModelThread(const Robot& robot, const Config& config, Channels& cha
       rate_limit_hz_(config.control.model_rate_limit_hz),
       thread_([this] { run(); }) {
   pthread_setname_np(thread_.native_handle(), "model");
+  try {
+    rt::keep_to_cpu(thread_.native_handle(), "model", config.control.model_cpu);
+  } catch (...) {
+    stop();
+    throw;
+  }
 }
 
 ModelThread::~ModelThread() { stop(); }

@@ -13,6 +13,7 @@ namespace tendril::app {
 class ModelThread {
  public:
   /// Starts the thread. Keeps references to robot and channels.
+  /// @throws rt::RtError where its CPU is not there
   ModelThread(const Robot& robot, const Config& config, Channels& channels);
   /// Ends and joins it.
   ~ModelThread();

@@ -18,6 +18,8 @@ namespace tendril::rt {
 namespace {
 
 constexpr std::size_t kLeastStackBytes = 64 * 1024;
+// Threads of the kernel that the others rely on, its watchdogs and migration, have 99.
+constexpr int kHighestPriority = 98;
 constexpr std::size_t kNameBytes = 15;  // of the kernel's 16 with the terminator, see prctl(PR_SET_NAME)
 
 std::string fifo_refusal(const ThreadConfig& config) {
@@ -35,9 +37,9 @@ void check(const ThreadConfig& config) {
   if (config.name.empty() || config.name.size() > kNameBytes)
     throw std::invalid_argument("thread name '" + config.name + "' has " +
                                 std::to_string(config.name.size()) + " bytes; the kernel takes 1 to 15");
-  if (config.priority < 1 || config.priority > 99)
+  if (config.priority < 1 || config.priority > kHighestPriority)
     throw std::invalid_argument("thread '" + config.name + "' asks for SCHED_FIFO priority " +
-                                std::to_string(config.priority) + "; give 1 to 99");
+                                std::to_string(config.priority) + "; give 1 to 98");
   if (config.stack_bytes < kLeastStackBytes)
     throw std::invalid_argument("thread '" + config.name + "' asks for a stack of " +
                                 std::to_string(config.stack_bytes) + " bytes; give at least " +
@@ -45,6 +47,18 @@ void check(const ThreadConfig& config) {
   if (config.cpu >= CPU_SETSIZE)
     throw std::invalid_argument("thread '" + config.name + "' asks for CPU " + std::to_string(config.cpu) +
                                 "; give 0 to 1023, or -1 for any");
+}
+
+std::string cpu_refusal(const std::string& name, int cpu) {
+  return "cannot run thread '" + name + "' on CPU " + std::to_string(cpu) +
+         "; give one that exists and that the process may use (see `taskset -p`, systemd's CPUAffinity=)";
+}
+
+cpu_set_t only(int cpu) {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET(cpu, &set);
+  return set;
 }
 
 // pthread_attr_t owns memory of its own once it has an affinity.
@@ -66,9 +80,7 @@ class Attributes {
   }
 
   void cpu(int cpu) {
-    cpu_set_t set;
-    CPU_ZERO(&set);
-    CPU_SET(cpu, &set);
+    const cpu_set_t set = only(cpu);
     require(pthread_attr_setaffinity_np(&attributes_, sizeof set, &set));
   }
 
@@ -107,10 +119,7 @@ RealtimeThread::RealtimeThread(const ThreadConfig& config, RtRights rights, std:
     if (rights == RtRights::kRequire) throw RtError(refusal_);
     error = create(config, false);
   }
-  if (error == EINVAL && config.cpu >= 0)
-    throw RtError(
-        "cannot run thread '" + config.name + "' on CPU " + std::to_string(config.cpu) +
-        "; give one that exists and that the process may use (see `taskset -p`, systemd's CPUAffinity=)");
+  if (error == EINVAL && config.cpu >= 0) throw RtError(cpu_refusal(config.name, config.cpu));
   if (error != 0) throw RtError("cannot start thread '" + config.name + "' (" + std::strerror(error) + ")");
 }
 
@@ -137,6 +146,12 @@ void* RealtimeThread::enter(void* self) noexcept {
   prefault_stack(stack_left());
   thread.body_();
   return nullptr;
+}
+
+void keep_to_cpu(pthread_t thread, const std::string& name, int cpu) {
+  if (cpu < 0) return;
+  const cpu_set_t set = only(cpu);
+  if (pthread_setaffinity_np(thread, sizeof set, &set) != 0) throw RtError(cpu_refusal(name, cpu));
 }
 
 Scheduling scheduling_of_this_thread() noexcept {

@@ -17,7 +17,7 @@ enum class RtRights {
 
 struct ThreadConfig {
   std::string name;                   // what `top -H` and `ps -L` show; at most 15 bytes
-  int priority = 80;                  // SCHED_FIFO, 1..99
+  int priority = 80;                  // SCHED_FIFO, 1..98: 99 is for the kernel's own threads
   int cpu = -1;                       // the only CPU it may run on; -1: any
   std::size_t stack_bytes = 1 << 20;  // at least 64 KiB; all of it is touched before the body runs
 };
@@ -58,6 +58,13 @@ class RealtimeThread {
   pthread_t thread_{};
   bool joined_ = false;
 };
+
+/// Makes a thread run on one CPU only.
+/// @param name  what the message calls it
+/// @param cpu   -1: leaves it where it is
+/// @throws RtError  where there is no such CPU or the process may not use it
+/// Real-time: no.
+void keep_to_cpu(pthread_t thread, const std::string& name, int cpu);
 
 /// How the kernel schedules a thread.
 struct Scheduling {

@@ -9,8 +9,6 @@
 #include "tests/app/robot_file.h"
 
 namespace tendril::app {
-namespace {
-
 pid_t thread_of(pid_t process, const std::string& name) {
   const std::string tasks = "/proc/" + std::to_string(process) + "/task";
   for (const auto& task : std::filesystem::directory_iterator(tasks))
@@ -18,10 +16,7 @@ pid_t thread_of(pid_t process, const std::string& name) {
   throw std::runtime_error("process " + std::to_string(process) + " has no thread '" + name + "'");
 }
 
-}  // namespace
-
-std::unique_ptr<FrozenThread> FrozenThread::freeze(pid_t process, const std::string& name) {
-  const pid_t thread = thread_of(process, name);
+std::unique_ptr<FrozenThread> FrozenThread::freeze(pid_t thread) {
   // Unlike PTRACE_ATTACH, no signal is sent, which would stop the whole process.
   if (ptrace(PTRACE_SEIZE, thread, nullptr, nullptr) != 0) return nullptr;
   ptrace(PTRACE_INTERRUPT, thread, nullptr, nullptr);

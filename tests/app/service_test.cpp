@@ -1,3 +1,5 @@
+#include <sched.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -78,6 +80,23 @@ class Environment {
   std::vector<std::pair<std::string, std::string>> variables_;
 };
 
+std::vector<int> allowed_cpus() {
+  cpu_set_t allowed;
+  REQUIRE(sched_getaffinity(0, sizeof allowed, &allowed) == 0);
+  std::vector<int> cpus;
+  for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu)
+    if (CPU_ISSET(cpu, &allowed)) cpus.push_back(cpu);
+  return cpus;
+}
+
+/// The CPUs that the kernel lets a thread run on, as in "0-3,7".
+std::string cpus_of(pid_t thread) {
+  constexpr std::string_view kKey = "Cpus_allowed_list:\t";
+  for (const std::string& line : lines_of(read_text_file("/proc/" + std::to_string(thread) + "/status")))
+    if (line.starts_with(kKey)) return line.substr(kKey.size());
+  return "";
+}
+
 TEST_CASE("ServiceManager feeds the watchdog twice in its time, and only while cycles go on", "[unit]") {
   NotifySocket socket;
   const Environment environment({{"NOTIFY_SOCKET", socket.address()}, {"WATCHDOG_USEC", "100000"}});
@@ -137,11 +156,23 @@ TEST_CASE("The daemon says that it stops where it never was ready", "[scenario]"
   CHECK(count(service.until("STOPPING=1"), "READY=1") == 0);
 }
 
+TEST_CASE("Each thread keeps to the CPU that the robot file gives it", "[scenario]") {
+  const std::vector<int> cpus = allowed_cpus();
+  const std::string first = std::to_string(cpus.front()), last = std::to_string(cpus.back());
+  Workbench bench(Changes{
+      {"priority: 80", "cpu: " + first + "\n  model_cpu: " + last + "\n  housekeeping_cpu: " + first}});
+  Service service(bench.daemon());
+  service.until("READY=1");
+  CHECK(cpus_of(thread_of(service.pid(), "control")) == first);
+  CHECK(cpus_of(thread_of(service.pid(), "model")) == last);
+  CHECK(cpus_of(service.pid()) == first);
+}
+
 TEST_CASE("A model thread that hangs does not stop the watchdog from being fed", "[scenario]") {
   Workbench bench;
   Service service(bench.daemon());
   service.until("READY=1");
-  const auto model = FrozenThread::freeze(service.pid(), "model");
+  const auto model = FrozenThread::freeze(thread_of(service.pid(), "model"));
   if (!model) {
     WARN("skipped: the kernel does not let a test stop a thread (ptrace)");
     return;
@@ -164,7 +195,7 @@ TEST_CASE(
       const auto right = heard.feedback.find(1);
       return right != heard.feedback.end() && std::abs(right->second.position) > 1000;
     }));
-    const auto control = FrozenThread::freeze(service.pid(), "control");
+    const auto control = FrozenThread::freeze(thread_of(service.pid(), "control"));
     if (!control) {
       WARN("skipped: the kernel does not let a test stop a thread (ptrace)");
       return;

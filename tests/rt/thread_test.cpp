@@ -1,6 +1,7 @@
 #include "rt/thread.h"
 
 #include <sched.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 
 #include <catch2/catch.hpp>
@@ -61,13 +62,40 @@ TEST_CASE("RealtimeThread runs its body on the CPU and under the name asked for"
   CHECK(std::string(name) == "fifteen-letters");
 }
 
+TEST_CASE("keep_to_cpu leaves a thread one CPU, and says so where that cannot be", "[rt]") {
+  const int cpu = last_allowed_cpu();
+  RealtimeThread(named("model"), RtRights::kIgnore, [&] {
+    keep_to_cpu(pthread_self(), "model", -1);
+    CHECK(last_allowed_cpu() == cpu);
+    keep_to_cpu(pthread_self(), "model", cpu);
+    cpu_set_t allowed;
+    CHECK(sched_getaffinity(0, sizeof allowed, &allowed) == 0);
+    CHECK(CPU_COUNT(&allowed) == 1);
+    CHECK(CPU_ISSET(cpu, &allowed));
+    CHECK_THROWS_AS(keep_to_cpu(pthread_self(), "model", 1023), RtError);
+    CHECK_THROWS_WITH(keep_to_cpu(pthread_self(), "model", 1023),
+                      Catch::StartsWith("cannot run thread 'model' on CPU 1023; give one that exists"));
+  }).join();
+}
+
+TEST_CASE("The kernel wakes a RealtimeThread without slack, even where SCHED_FIFO is refused", "[rt]") {
+  const std::string slack_ns = in_child([]() -> std::string {
+    const rlimit none{0, 0};
+    if (setrlimit(RLIMIT_RTPRIO, &none) != 0 || !give_up_root()) return "could not give up the right";
+    int slack = -1;
+    RealtimeThread(named("control"), RtRights::kIgnore, [&] { slack = prctl(PR_GET_TIMERSLACK); }).join();
+    return std::to_string(slack);
+  });
+  CHECK(slack_ns == "1");  // ordinary threads: 50000
+}
+
 TEST_CASE("RealtimeThread refuses what cannot be, and says what can", "[unit]") {
   const auto start = [](const ThreadConfig& config) { RealtimeThread(config, RtRights::kIgnore, [] {}); };
   CHECK_THROWS_AS(start(named("")), std::invalid_argument);
   CHECK_THROWS_WITH(start(named("sixteen-letters-")), Catch::Contains("1 to 15"));
   ThreadConfig config = named("control");
-  config.priority = 100;
-  CHECK_THROWS_WITH(start(config), Catch::Contains("1 to 99"));
+  config.priority = 99;
+  CHECK_THROWS_WITH(start(config), Catch::Contains("give 1 to 98"));
   config = named("control");
   config.stack_bytes = 1024;
   CHECK_THROWS_WITH(start(config), Catch::Contains("give at least 65536"));
