@@ -30,6 +30,7 @@ void read_control(Reader& r, ControlConfig& control) {
   r.may("cpu", control.cpu, kCpu);
   r.may("model_cpu", control.model_cpu, kCpu);
   r.may("housekeeping_cpu", control.housekeeping_cpu, kCpu);
+  r.may("idle_latency", control.idle_latency, Dimension::kTime, Range{.at_least = 0, .at_most = 1});
   r.may("snapshot_age_limit", control.snapshot_age_limit, Dimension::kTime, kPositive);
   r.may("target_age_limit", control.target_age_limit, Dimension::kTime, kPositive);
   r.may("late_cycles_limit", control.late_cycles_limit, Range{.at_least = 1});

@@ -134,6 +134,7 @@ struct ControlConfig {
   int cpu = -1;                     // the control thread's; -1: any
   int model_cpu = -1;               // the model thread's
   int housekeeping_cpu = -1;        // the main thread's
+  double idle_latency = 0;          // s: a CPU may take so long to wake from idle
   double snapshot_age_limit = 0.5;  // s
   double target_age_limit = 0.5;    // s
   int late_cycles_limit = 20;       // in a row

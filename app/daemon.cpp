@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -22,6 +23,7 @@
 #include "app/stop_signal.h"
 #include "hal/bus.h"
 #include "hal/cia402_master.h"
+#include "rt/idle_latency_limit.h"
 #include "rt/memory.h"
 #include "rt/periodic_clock.h"
 #include "rt/rt_error.h"
@@ -41,6 +43,16 @@ bool lock_memory(bool allow_non_rt) {
     if (!allow_non_rt) throw;
     spdlog::warn("{}", error.what());
     return false;
+  }
+}
+
+/// Keeps CPUs from deep sleep, or says why not: cycles are then later, and nothing is wrong with them.
+std::unique_ptr<rt::IdleLatencyLimit> limit_idle_latency(double limit_s) {
+  try {
+    return std::make_unique<rt::IdleLatencyLimit>(static_cast<std::int32_t>(std::lround(1e6 * limit_s)));
+  } catch (const rt::RtError& error) {
+    spdlog::warn("{}", error.what());
+    return nullptr;
   }
 }
 
@@ -176,6 +188,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   const auto robot = build_model(config);
   const rt::EffectorVector rest = rest_of_effectors(*robot);
   const bool memory_locked = lock_memory(options.allow_non_rt);
+  const auto idle_latency_limit = limit_idle_latency(config.control.idle_latency);
 
   const auto channels = std::make_unique<Channels>();
   const auto counts = std::make_unique<rt::LoopCounts>();

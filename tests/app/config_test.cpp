@@ -205,6 +205,7 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(c.control.cpu == 3);
   CHECK(c.control.model_cpu == 2);
   CHECK(c.control.housekeeping_cpu == 1);
+  CHECK(c.control.idle_latency == Approx(20e-6));
   CHECK(c.control.snapshot_age_limit == 0.4);
   CHECK(c.control.target_age_limit == 0.3);
   CHECK(c.control.late_cycles_limit == 10);
