@@ -57,11 +57,11 @@ TEST_CASE("TripleBuffer never hands out a torn, changed or older value, and alwa
 #ifndef TENDRIL_UNDER_TSAN  // the twins race on purpose, for their own kinds under TSan see
                             // memory_order_test.cpp
 TEST_CASE("The fuzz of TripleBuffer catches two buffers without a handshake", "[rt]") {
-  CHECK(fuzz_latest<TwoBuffers>(20'000, 1).torn > 0);
+  CHECK(finds_out([](auto seed) { return fuzz_latest<TwoBuffers>(20'000, seed).torn > 0; }));
 }
 
 TEST_CASE("The fuzz of TripleBuffer catches three buffers without a fresh bit", "[rt]") {
-  CHECK(fuzz_latest<NoFreshBit>(20'000, 1).older > 0);
+  CHECK(finds_out([](auto seed) { return fuzz_latest<NoFreshBit>(20'000, seed).older > 0; }));
 }
 #endif
 
