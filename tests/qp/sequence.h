@@ -22,6 +22,7 @@ struct Sequence {
     double scale = 0;      // ½ d'd, that of the objective
   };
   std::string name;
+  int effector_coordinates = 0;
   std::vector<Snapshot> snapshots;
   std::vector<Tick> ticks;
 };
