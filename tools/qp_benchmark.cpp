@@ -12,6 +12,9 @@
 
 #include "rt/periodic_clock.h"
 #include "tests/qp/sequence.h"
+#ifdef TENDRIL_HAS_CGAL
+#include "tests/qp/exact_solution.h"
+#endif
 
 namespace tendril {
 namespace {
@@ -19,6 +22,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr double kAccuracy = 1e-8;  // of the objective, relative to its scale
+constexpr std::size_t kExact = 50;  // ticks that CGAL solves too
 
 enum class Mode { kWarm, kCold };
 
@@ -85,6 +89,22 @@ std::int64_t clock_cost_ns() {
   return costs[costs.size() / 2];
 }
 
+/// What CGAL's QP_solver takes for ticks spread over the sequence, ns; nothing where there is no CGAL.
+std::vector<std::int64_t> time_cgal([[maybe_unused]] const qp::Sequence& sequence) {
+  std::vector<std::int64_t> ns;
+#ifdef TENDRIL_HAS_CGAL
+  for (std::size_t k = 0; k < kExact; ++k) {
+    const qp::Sequence::Tick& tick = sequence.ticks[k * sequence.ticks.size() / kExact];
+    const auto& [H, A] = sequence.snapshots[tick.snapshot];
+    const qp::Qp qp{H, A, tick.g, tick.bounds};
+    const auto begin = rt::now_ns();
+    (void)qp::ExactSolution::of(qp);
+    ns.push_back(rt::now_ns() - begin);
+  }
+#endif
+  return ns;
+}
+
 Json benchmark(const qp::Sequence& sequence, Mode mode, int cap, int passes) {
   const std::size_t ticks = sequence.ticks.size();
   std::vector<int> iterations(ticks);
@@ -109,6 +129,7 @@ Json benchmark(const qp::Sequence& sequence, Mode mode, int cap, int passes) {
           {"mode", mode == Mode::kCold ? "cold" : "warm"},
           {"iterations", iterations},
           {"ns", ns},
+          {"cgal_ns", time_cgal(sequence)},
           {"clock_ns", clock_cost_ns()},
           {"swaps", swaps},
           {"faults", faults}};

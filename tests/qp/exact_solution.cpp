@@ -1,0 +1,40 @@
+#include "exact_solution.h"
+
+#include <CGAL/Gmpzf.h>
+#include <CGAL/QP_functions.h>
+#include <CGAL/QP_models.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace tendril::qp {
+
+std::optional<ExactSolution> ExactSolution::of(const Qp& qp) {
+  const int n = static_cast<int>(qp.g.size());
+  CGAL::Quadratic_program<double> program(CGAL::SMALLER, false, 0, false, 0);
+  int row = 0;
+  const auto add_row = [&](int k, CGAL::Comparison_result relation, double bound) {
+    if (std::isinf(bound)) return;
+    for (int j = 0; j < n; ++j) program.set_a(j, row, qp.A(k, j));
+    program.set_b(row, bound);
+    program.set_r(row++, relation);
+  };
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i <= j; ++i) program.set_d(j, i, qp.H(j, i));
+    program.set_c(j, qp.g[j]);
+    program.set_l(j, std::isfinite(qp.bounds.lower[j]), qp.bounds.lower[j]);
+    program.set_u(j, std::isfinite(qp.bounds.upper[j]), qp.bounds.upper[j]);
+    add_row(j, CGAL::LARGER, qp.bounds.row_lower[j]);
+    add_row(j, CGAL::SMALLER, qp.bounds.row_upper[j]);
+  }
+  const auto solution = CGAL::solve_quadratic_program(program, CGAL::Gmpzf());
+  if (solution.is_infeasible()) return std::nullopt;
+  if (!solution.is_optimal()) throw std::runtime_error("the objective has no minimum");
+  ExactSolution result{Vector(n), CGAL::to_double(solution.objective_value())};
+  int j = 0;
+  for (auto value = solution.variable_values_begin(); value != solution.variable_values_end(); ++value)
+    result.x[j++] = CGAL::to_double(*value);
+  return result;
+}
+
+}  // namespace tendril::qp
