@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -89,13 +90,25 @@ std::int64_t clock_cost_ns() {
   return costs[costs.size() / 2];
 }
 
-/// What CGAL's QP_solver takes for ticks spread over the sequence, ns; nothing where there is no CGAL.
+#ifdef TENDRIL_HAS_CGAL
+/// Whether H is positive definite beyond the rounding of its entries.
+bool strictly_convex(const qp::Matrix& H) {
+  const Eigen::VectorXd eigenvalues =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(H, Eigen::EigenvaluesOnly).eigenvalues();
+  const double rounding = static_cast<double>(H.rows()) * std::numeric_limits<double>::epsilon();
+  return eigenvalues.minCoeff() > rounding * eigenvalues.maxCoeff();
+}
+#endif
+
+/// What CGAL's QP_solver takes for ticks spread over the sequence, ns; nothing where there is no CGAL. A
+/// singular H is left out: rounded, it has negative eigenvalues, and CGAL then does not return.
 std::vector<std::int64_t> time_cgal([[maybe_unused]] const qp::Sequence& sequence) {
   std::vector<std::int64_t> ns;
 #ifdef TENDRIL_HAS_CGAL
   for (std::size_t k = 0; k < kExact; ++k) {
     const qp::Sequence::Tick& tick = sequence.ticks[k * sequence.ticks.size() / kExact];
     const auto& [H, A] = sequence.snapshots[tick.snapshot];
+    if (!strictly_convex(H)) continue;
     const qp::Qp qp{H, A, tick.g, tick.bounds};
     const auto begin = rt::now_ns();
     (void)qp::ExactSolution::of(qp);

@@ -83,7 +83,7 @@ def print_row(row):
     iterations = f"{row['iterations_median']} / {row['iterations_max']}"
     where = f"{row['instr_max_tick']} {row['instr_max_at']}"
     best = "{} / {}".format(*BEST_PUBLIC[row["name"]]) if row["name"] in BEST_PUBLIC else ""
-    cgal = f"{row['cgal_us_median']:>8.0f} {row['cgal_us_max']:>6.0f}" if row["cgal_us_max"] else f"{'absent':>15}"
+    cgal = f"{row['cgal_us_median']:>8.0f} {row['cgal_us_max']:>6.0f}" if row["cgal_us_max"] else f"{'':>15}"
     print(f"{row['name']:<17} {row['mode']:<4} {iterations:>10} {row['us_median']:>10.3f} {row['us_p999']:>7.2f} "
           f"{row['us_max']:>7.2f} {row['instr_median']:>12} {row['instr_max']:>8} {where:>13} {best:>13} "
           f"{cgal} {row['failures'] or '':>6}", flush=True)
@@ -122,7 +122,10 @@ def main():
     failures = sum(row["failures"] for row in rows)
     print(f"Most instructions: {worst['instr_max']}, {worst['name']} {worst['mode']}, tick {worst['instr_max_tick']} "
           f"({worst['instr_max_at']}). A swap is the first tick on a new snapshot, the start the first of all.")
-    print("CGAL: its QP_solver, which the paper used, in exact arithmetic (Gmpzf) on 50 of the ticks.")
+    if any(row["cgal_us_max"] for row in rows):
+        print("CGAL: its QP_solver, which the paper used, in exact arithmetic (Gmpzf) on 50 of the ticks where H is regular.")
+    else:
+        print("CGAL: not built in (libcgal-dev), or H is singular in all of these.")
     print(f"Faults: {failures} in {sum(row['ticks'] for row in rows)} solves. "
           f"The times contain {max(row['clock_us'] for row in rows):.3f} us of the clock's own.")
     if options.json:
