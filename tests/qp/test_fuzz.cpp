@@ -9,6 +9,7 @@ namespace tendril::qp {
 namespace {
 
 constexpr int kCap = 1000;
+constexpr double kMet = 1e-7;  // of its terms, to which a row is met
 
 /// Value of an environment variable that holds a number, or another one where it is not set.
 long environment(const char* name, long otherwise) {
@@ -34,19 +35,16 @@ bool check_answer(const Adversary& posed, const Solution& solution) {
   if (!posed.well_posed) return true;
   REQUIRE((x.array() >= qp.bounds.lower.array()).all());
   REQUIRE((x.array() <= qp.bounds.upper.array()).all());
-  if (solution.status == Status::kSoftened) {
-    REQUIRE_FALSE(posed.feasible);
-    REQUIRE(solution.row_violation > 0);
+  const Vector violation = qp.violation(x);
+  for (int k = 0; k < x.size(); ++k) {
+    CAPTURE(k, violation[k], qp.row_scale(x, k));
+    // What is feasible by a hair's breadth may be called impossible: then the violation is as small.
+    if (solution.status == Status::kOptimal || (solution.status == Status::kSoftened && posed.feasible))
+      REQUIRE(std::abs(violation[k]) <= kMet * qp.row_scale(x, k));
   }
-  if (solution.status == Status::kOptimal) {
-    const bool regular = regularity(qp.H) > 1e-6;
-    const Vector violation = qp.violation(x);
-    for (int k = 0; k < x.size(); ++k) {
-      CAPTURE(k, violation[k], qp.row_scale(x, k));
-      REQUIRE(std::abs(violation[k]) <= 1e-7 * qp.row_scale(x, k));
-    }
-    REQUIRE(stationarity(qp, x) <= (regular ? 1e-7 : 1e-4));
-  }
+  if (solution.status == Status::kSoftened) REQUIRE(solution.row_violation > 0);
+  if (solution.status == Status::kOptimal)
+    REQUIRE(stationarity(qp, x) <= (regularity(qp.H) > 1e-6 ? 1e-7 : 1e-4));
   return solution.status != Status::kCapped;
 }
 
