@@ -12,13 +12,20 @@ using Side = WorkingSet::Side;
 constexpr double kFeasibility = 1e-11;  // of a constraint in the loop, relative to the values at the start
 constexpr double kRounding = 4e-16;     // of a sum, relative to the sum of its terms' magnitudes
 constexpr double kAccuracy = 1e-9;      // of a row of a candidate, relative to its terms
+constexpr double kVanishing = 1e-11;    // of a row, relative to what it might be
 constexpr double kCoarse = 1e-7;        // the same, where rounding forbids that
-// What a candidate may be off, by Metric::error() and relative to the largest of γ and z, to be taken
-// unmeasured; for n variables the gradient's length in the metric is at most n times as much.
-constexpr double kTrusted = 1e-10;
+// What a candidate may be off, by Metric::error(), to be taken unmeasured: relative to the largest scaled
+// variable; where no constraint is active, to the largest of γ.
+constexpr double kTrusted = 1e-8;
+constexpr double kTrustedFree = 1e-10;
 constexpr double kStationarity = 1e-8;  // of the Lagrangian, relative to the largest of γ and z
-constexpr int kStalls = 8;              // so often stuck, candidates wander about within rounding
-constexpr int kUpdatesLimit = 256;      // of the factor before it is made anew
+// Of a candidate for the least energy: the last change, in the norm of the working Hessian and relative to
+// itself.
+constexpr double kLeastEnergy = 1e-7;
+constexpr double kEnergyAccuracy = 1e-6;  // of the efforts of the least energy, in its norm
+constexpr int kPasses = 12;               // towards the least energy; two to six are usual
+constexpr int kStalls = 8;                // so often stuck, candidates wander about within rounding
+constexpr int kUpdatesLimit = 256;        // of the factor before it is made anew
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -89,6 +96,7 @@ void DualIteration::set_gradient(const Metric& metric, const Vector& g) noexcept
   if (metric.n() != n_) reset();
   n_ = metric.n();
   first_row_ = metric.first_row();
+  passes_ = 0;
   Strip most{}, terms{};
   for (int j = 0; j < first_row_; j += kStrip) {
     const Strip gamma = load_some(g.data() + j, n_ - j) * load(metric.unit() + j);
@@ -103,7 +111,7 @@ void DualIteration::set_gradient(const Metric& metric, const Vector& g) noexcept
 }
 
 bool DualIteration::free(const Metric& metric, const Bounds& bounds) noexcept {
-  if (working_set_.size() > 0 || !(metric.error() * terms_ <= kTrusted * largest_)) return false;
+  if (working_set_.size() > 0 || !(metric.error() * terms_ <= kTrustedFree * largest_)) return false;
   Mask met = Strip{} == Strip{};
   const auto check = [&](const Vector& lower, const Vector& upper, int j, int k) {
     const Strip value = load(&start_[k]) * load(metric.unit() + k);
@@ -117,7 +125,9 @@ bool DualIteration::free(const Metric& metric, const Bounds& bounds) noexcept {
   return all(met);
 }
 
-bool DualIteration::set_bounds(const Metric& metric, std::uint64_t id, const Bounds& bounds) noexcept {
+bool DualIteration::set_bounds(const Metric& metric, std::uint64_t id, const Bounds& bounds,
+                               double energy_weight) noexcept {
+  energy_weight_ = energy_weight;
   Mask valid = Strip{} == Strip{};
   Strip size{};
   const auto take = [&](const Vector& lower, const Vector& upper, int j, int k) {
@@ -137,7 +147,7 @@ bool DualIteration::set_bounds(const Metric& metric, std::uint64_t id, const Bou
   }
   if (!all(valid) || !(terms_ < kInfinity)) return false;
   size_ = largest(size);
-  worst_ = kInfinity;
+  worst_ = slope_length_ = kInfinity;
   stalls_ = 0;
   resume(metric, id);
   return true;
@@ -204,7 +214,7 @@ int DualIteration::most_violated() const {
 /// Takes the candidate at λ. Where what it may be off by is known to be little, and to be worth little, that
 /// is all; else it is measured.
 DualIteration::Verdict DualIteration::judge(const Metric& metric, double settled) {
-  Strip extent = broadcast(largest_), worth{};
+  Strip extent{}, worth{};
   for (int j = 0; j < first_row_; j += kStrip) {
     const Strip z = min(max(load(&value_[j]), load(&lower_[j])), load(&upper_[j]));
     store(&z_[j], z);
@@ -212,7 +222,8 @@ DualIteration::Verdict DualIteration::judge(const Metric& metric, double settled
     worth += abs(z * load(&gamma_[j]));
   }
   const double off = metric.error() * all_terms_;
-  if (off <= kTrusted * largest(extent) && off * (all_terms_ - terms_) <= kAccuracy * sum(worth))
+  if (energy_weight_ == 0 && off <= kTrusted * largest(extent) &&
+      off * (all_terms_ - terms_) <= kAccuracy * sum(worth))
     return Verdict::kSolved;
   return measure(metric, settled);
 }
@@ -240,7 +251,7 @@ DualIteration::Verdict DualIteration::measure(const Metric& metric, double settl
       size[j] += std::abs(metric.q(j)[k] * lambda);
     }
   }
-  const Rows rows = judge_rows(settled, size, worth);
+  const Rows rows = judge_rows(metric, settled, size, worth);
   const Verdict verdict = rows == Rows::kConflict                          ? Verdict::kConflict
                           : rows == Rows::kMet && stationary(metric, size) ? Verdict::kSolved
                                                                            : Verdict::kInexact;
@@ -251,26 +262,38 @@ DualIteration::Verdict DualIteration::measure(const Metric& metric, double settl
 /// Whether the rows are met: those of the working set at their bounds, the others within.
 /// @param size   magnitudes of the terms of Q z
 /// @param worth  magnitude of the objective, which what a row is off changes by λ_k times as much
-DualIteration::Rows DualIteration::judge_rows(double settled, const Values& size, double worth) {
+DualIteration::Rows DualIteration::judge_rows(const Metric& metric, double settled, const Values& size,
+                                              double worth) {
   Values off;
   bool fine = true, coarse = true;
   const double rounding = kRounding * all_terms_;
+  // Of a row whose bound is zero, and which vanishes next to what the variables' bounds let it be, all is
+  // what rounding leaves.
+  Values room{}, reach, ignored;
+  for (int j = 0; j < n_; ++j)
+    for (const double bound : {lower_[j], upper_[j]})
+      if (std::isfinite(bound)) room[j] = std::max(room[j], std::abs(bound));
+  if (std::all_of(room.begin(), room.end(), [](double r) { return r == 0; })) room = gamma_;
+  metric.evaluate(room, ignored, reach);
+  const auto vanishes = [&](int k) { return product_[k] == off[k] && size[k] <= kVanishing * reach[k]; };
   for (int k = first_row_; k < first_row_ + n_; ++k) off[k] = beyond(product_[k], lower_[k], upper_[k]);
   for (int i = 0; i < working_set_.size(); ++i) {
     const int k = working_set_.constraint(i);
     if (k < first_row_) continue;
     off[k] = product_[k] - value_[k];
     const double lambda = std::abs(working_set_.multiplier(i)), price = std::abs(off[k]) * lambda;
-    fine = fine && price <= kAccuracy * worth;
-    coarse = coarse && price <= kAccuracy * worth + rounding * lambda;
+    fine = fine && (vanishes(k) || price <= kAccuracy * worth);
+    coarse = coarse && (vanishes(k) || price <= kAccuracy * worth + rounding * lambda);
   }
   double worst = 0, change = 0;
   for (int k = first_row_; k < first_row_ + n_; ++k) {
-    const double terms = size[k] + std::abs(product_[k] - off[k]);
-    fine = fine && std::abs(off[k]) <= kAccuracy * terms;
-    coarse = coarse && std::abs(off[k]) <= std::clamp(rounding, kAccuracy * terms, kCoarse * terms);
+    const double terms = size[k] + std::abs(product_[k] - off[k]), distance = std::abs(off[k]);
+    if (!vanishes(k)) {
+      fine = fine && distance <= kAccuracy * terms;
+      coarse = coarse && distance <= std::clamp(rounding, kAccuracy * terms, kCoarse * terms);
+    }
     change = std::max(change, std::abs(off[k] - off_[k]));
-    worst = std::max(worst, std::abs(off[k]));
+    worst = std::max(worst, distance);
     off_[k] = off[k];
   }
   const bool stalled = worst > worst_ / 2;
@@ -280,10 +303,11 @@ DualIteration::Rows DualIteration::judge_rows(double settled, const Values& size
   return change <= settled * worst ? Rows::kConflict : Rows::kOff;
 }
 
-/// Whether the gradient of the Lagrangian vanishes. Its square in the metric bounds twice the excess of the
-/// objective.
-bool DualIteration::stationary(const Metric& metric, const Values& size) const {
-  double square = 0, terms = 0, extent = largest_;
+/// Whether the gradient of the Lagrangian vanishes: next to the candidate, or, where rounding forbids that,
+/// next to γ, which is far larger where H is nearly singular. Its square in the metric bounds twice the
+/// excess of the objective.
+bool DualIteration::stationary(const Metric& metric, const Values& size) {
+  double square = 0, terms = 0, extent = 0, energy = 0;
   for (int j = 0; j < n_; ++j) {
     const double* gram = metric.gram(j);
     double sum = 0;
@@ -291,8 +315,14 @@ bool DualIteration::stationary(const Metric& metric, const Values& size) const {
     square += sum * slope_[j];
     terms += size[j];
     extent = std::max(extent, std::abs(z_[j]));
+    const int k = first_row_ + j;
+    energy += energy_weight_ * z_[j] * metric.unit(j) * product_[k] * metric.unit(k);
   }
-  return std::sqrt(square) <= kStationarity * extent + kRounding * terms;
+  const double length = std::sqrt(square), before = slope_length_;
+  slope_length_ = length;
+  const double wanted = energy_weight_ > 0 ? kEnergyAccuracy * std::sqrt(energy) : kStationarity * extent;
+  if (length <= wanted) return true;
+  return length > before / 2 && length <= kStationarity * std::max(extent, largest_) + kRounding * terms;
 }
 
 /// Moves the values at λ = 0 by what was measured: γ by the remaining gradient, the rows by what they are
@@ -302,9 +332,45 @@ void DualIteration::correct(const Metric& metric) {
     start_[k] += product_[k] - value_[k];
     shift_[k] += product_[k] - value_[k];
   }
+  move_start(metric, slope_);
+}
+
+/// Moves the values at λ = 0 to where they are for a γ that is larger by this.
+void DualIteration::move_start(const Metric& metric, const Values& gamma) {
   subtract_columns(
-      metric, n_, [](int j) { return j; }, slope_.data(), start_.data(), start_.data());
+      metric, n_, [](int j) { return j; }, gamma.data(), start_.data(), start_.data());
   working_set_.forget_b();
+}
+
+bool DualIteration::least_energy(const Metric& metric) noexcept {
+  // The method of multipliers for "least energy, with the least objective": what γ is shifted by are the
+  // multipliers of the latter, and each pass makes the error less by the ratio of energy to objective.
+  // [Chiche & Gilbert 2016]
+  const Values before = z_before_, product_before = product_before_;
+  Values size;
+  metric.evaluate(z_, product_before_, size);
+  z_before_ = z_;
+  if (passes_ == 0) gradient_ = gamma_;
+  if (passes_ > 0) {
+    double change = 0, extent = 0;
+    for (int j = 0; j < n_; ++j) {
+      change += (z_[j] - before[j]) * (product_before_[j] - product_before[j]);
+      extent += z_[j] * product_before_[j];
+    }
+    if (change <= kLeastEnergy * kLeastEnergy * extent || passes_ == kPasses) return true;
+  }
+  ++passes_;
+  largest_ = terms_ = 0;
+  for (int j = 0; j < n_; ++j) {
+    const int k = first_row_ + j;
+    const double energy = energy_weight_ * product_before_[k] * metric.unit(k) * metric.unit(j);
+    slope_[j] = product_before_[j] - energy + gradient_[j];
+    gamma_[j] += slope_[j];
+    largest_ = std::max(largest_, std::abs(gamma_[j]));
+    terms_ += std::abs(gamma_[j]);
+  }
+  move_start(metric, slope_);
+  return false;
 }
 
 void DualIteration::relax(int k, double violation) noexcept {
@@ -314,7 +380,7 @@ void DualIteration::relax(int k, double violation) noexcept {
 }
 
 void DualIteration::settle() noexcept {
-  worst_ = kInfinity;
+  worst_ = slope_length_ = kInfinity;
   stalls_ = 0;
   for (int k = first_row_; k < first_row_ + n_; ++k) {
     start_[k] -= shift_[k];

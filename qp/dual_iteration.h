@@ -42,9 +42,11 @@ class DualIteration {
   /// @param bounds  n values each; false where they contradict each other, or g is not finite
   bool free(const Metric& metric, const Bounds& bounds) noexcept;
   /// Takes over the bounds, to iterate; the working set stays, less what they rule out.
-  /// @param id  equal for equal metrics
+  /// @param id             equal for equal metrics
+  /// @param energy_weight  Problem::energy_weight()
   /// @return  false where g is not finite or bounds contradict each other or are not numbers
-  bool set_bounds(const Metric& metric, std::uint64_t id, const Bounds& bounds) noexcept;
+  bool set_bounds(const Metric& metric, std::uint64_t id, const Bounds& bounds,
+                  double energy_weight) noexcept;
 
   /// Iterates until the problem is solved or the rows appear to conflict.
   /// @param metric      that of set_gradient()
@@ -53,6 +55,10 @@ class DualIteration {
   /// @param iterations  counts on from its value
   /// @param cap         at which value of `iterations` to stop
   Outcome run(const Metric& metric, double settled, int& iterations, int cap) noexcept;
+
+  /// For a problem of two levels, after kSolved: whether the candidate is the solution of the least energy.
+  /// If not, shifts γ by the gradient of the objective there, so that the next one is nearer.
+  bool least_energy(const Metric& metric) noexcept;
 
   /// Moves the bounds that row k passes by `violation`, in scaled terms; an equality stays one. Then
   /// settle().
@@ -68,8 +74,8 @@ class DualIteration {
   const Values& z() const { return z_; }
   /// The variables where the iteration stands, n scaled values within their bounds; a candidate or not.
   Values standing(const Metric& metric) noexcept;
-  /// γ, n values.
-  const Values& gamma() const { return gamma_; }
+  /// γ as it was given, n values.
+  const Values& gamma() const { return passes_ > 0 ? gradient_ : gamma_; }
   /// The scaled multiplier of constraint k.
   double multiplier(int k) const;
   /// Empties the working set.
@@ -86,9 +92,10 @@ class DualIteration {
   int most_violated() const;
   Verdict judge(const Metric& metric, double settled);
   Verdict measure(const Metric& metric, double settled);
-  Rows judge_rows(double settled, const Values& size, double worth);
-  bool stationary(const Metric& metric, const Values& size) const;
+  Rows judge_rows(const Metric& metric, double settled, const Values& size, double worth);
+  bool stationary(const Metric& metric, const Values& size);
   void correct(const Metric& metric);
+  void move_start(const Metric& metric, const Values& gamma);
 
   WorkingSet working_set_;
   std::uint64_t id_ = 0;
@@ -97,16 +104,21 @@ class DualIteration {
   double all_terms_ = 0;                  // Σ |γ_j| + Σ |λ_k|
   double size_ = 0;                       // magnitude of the constraints' values at the start
   double worst_ = 0;                      // what the row that is off most was off at the last candidate
+  double energy_weight_ = 0;              // of a problem of two levels, else 0
+  int passes_ = 0;                        // towards the least energy
+  double slope_length_ = 0;               // of the gradient there, in the metric
   int stalls_ = 0;                        // how often it was no less than half of that before
   alignas(64) Values lower_{}, upper_{};  // scaled bounds, as far as relaxed
+  alignas(64) Values gradient_{};         // γ before the first pass
   alignas(64) Values gamma_{};            // γ, the scaled g
   alignas(64) Values start_{};            // the constraints' values at λ = 0, with the corrections so far
   alignas(64) Values shift_{};            // the rows' share of these corrections
   alignas(64) Values value_{};            // the constraints' values at λ
   alignas(64) Values z_{};                // the candidate: those of the variables, within their bounds
-  alignas(64) Values product_{};          // measured there: Q z,
-  alignas(64) Values slope_{};            //   the gradient of the Lagrangian,
-  alignas(64) Values off_{};              //   and what the rows are off their bounds
+  alignas(64) Values z_before_{}, product_before_{};  // the candidate of the last pass, and Q z there
+  alignas(64) Values product_{};                      // measured there: Q z,
+  alignas(64) Values slope_{};                        //   the gradient of the Lagrangian,
+  alignas(64) Values off_{};                          //   and what the rows are off their bounds
 };
 
 }  // namespace tendril::qp

@@ -12,6 +12,8 @@ namespace {
 // rounding leaves of H⁻¹ would decide which constraints are active.
 constexpr double kPivot = 1e-8;
 constexpr double kProximal = 1e-6;
+// Of the energy in the working problem of two levels, relative to H's diagonal where it is least.
+constexpr double kEnergy = 1e-7;
 constexpr double kAsymmetry = 1e-8;
 // A column of H this much smaller than its actuator's own compliance suggests is scaled by the compliance.
 constexpr double kFaint = 1e-6;
@@ -81,7 +83,7 @@ const char* name(Preparation preparation) noexcept {
   return "unknown";
 }
 
-Preparation Problem::prepare(const Matrix& H, const Matrix& A) noexcept {
+Preparation Problem::prepare(const Matrix& H, const Matrix& A, Ties ties) noexcept {
   n_ = 0;
   const int n = static_cast<int>(H.rows());
   if (n < 1 || H.cols() != n || A.rows() != n || A.cols() != n) return Preparation::kBadSize;
@@ -89,7 +91,12 @@ Preparation Problem::prepare(const Matrix& H, const Matrix& A) noexcept {
     if (const Preparation found = check(*S); found != Preparation::kReady) return found;
 
   const Vector d = scales(H, A);
-  const Matrix S = d.asDiagonal() * H * d.asDiagonal();
+  double least_energy = std::numeric_limits<double>::infinity();  // of a variable as large as D makes it
+  for (int j = 0; j < n; ++j)
+    if (A(j, j) > 0) least_energy = std::min(least_energy, d[j] * d[j] * A(j, j));
+  energy_weight_ = ties == Ties::kLeastEnergy ? kEnergy / least_energy : 0;
+  const Matrix working = H + energy_weight_ * A;
+  const Matrix S = d.asDiagonal() * working * d.asDiagonal();
   if (!S.allFinite() || !(A * d.asDiagonal()).allFinite()) return Preparation::kNotFinite;
   Matrix L = S;
   proximal_ = factor(L, 0) < kPivot;
@@ -97,7 +104,7 @@ Preparation Problem::prepare(const Matrix& H, const Matrix& A) noexcept {
     L = S;
     if (factor(L, kProximal) < kProximal / 2) return Preparation::kIndefinite;
   }
-  if (!optimum_.build(H, L, A, d, Metric::Softness::kEven)) return Preparation::kNotFinite;
+  if (!optimum_.build(working, L, A, d, Metric::Softness::kEven)) return Preparation::kNotFinite;
   L.setIdentity();
   if (!least_.build(d.cwiseAbs2().cwiseInverse().asDiagonal(), L, A, d, Metric::Softness::kByEnergy))
     return Preparation::kNotFinite;

@@ -14,6 +14,8 @@ constexpr double kSuspect = 0.5;   // relative change of the violations at which
 constexpr double kSettled = 1e-6;  // at which they are least,
 constexpr double kLeft = 1e-2;     // and at which the rest that rounding leaves is conceded
 constexpr double kNever = -1;
+constexpr double kGrain =
+    1e-12;  // of a row, relative to its terms: what counts as rounding at the last command
 
 double clip(double value, double lower, double upper) {
   if (!std::isfinite(value)) value = 0;
@@ -48,29 +50,45 @@ const Solution& Solver::solve(const Problem& problem, const Vector& g, const Bou
   solution_.iterations = 0;
   if (!fits(problem.n(), g, bounds)) return refuse(problem, bounds, hold);
   optimum_.set_gradient(problem.optimum(), g);
-  if (iteration_cap > 0 && optimum_.free(problem.optimum(), bounds)) {
+  if (!problem.two_levels() && iteration_cap > 0 && optimum_.free(problem.optimum(), bounds)) {
     ++solution_.iterations;
     return finish(problem, bounds, hold, optimum_.z(), Status::kOptimal);
   }
-  if (!optimum_.set_bounds(problem.optimum(), problem.id(), bounds)) return refuse(problem, bounds, hold);
-  Outcome outcome = optimum_.run(problem.optimum(), kSuspect, solution_.iterations, iteration_cap);
+  return iterate(problem, bounds, hold, iteration_cap);
+}
+
+const Solution& Solver::iterate(const Problem& problem, const Bounds& bounds, const Vector& hold, int cap) {
+  if (!optimum_.set_bounds(problem.optimum(), problem.id(), bounds, problem.energy_weight()))
+    return refuse(problem, bounds, hold);
   bool softened = false;
-  if (outcome == Outcome::kConflict) {
-    softened = find_least_violation(problem, bounds, iteration_cap, outcome);
-    if (outcome != Outcome::kCapped)
-      outcome =
-          optimum_.run(problem.optimum(), softened ? kLeft : kNever, solution_.iterations, iteration_cap);
-  }
-  while (outcome == Outcome::kConflict) {  // each turn iterates at least once, so the cap bounds them
-    const int rows = problem.optimum().first_row();
-    for (int k = rows; k < rows + problem.n(); ++k) optimum_.relax(k, optimum_.violation(k));
-    optimum_.settle();
-    outcome = optimum_.run(problem.optimum(), kLeft, solution_.iterations, iteration_cap);
-  }
+  Outcome outcome = run(problem, bounds, cap, softened);
+  while (outcome == Outcome::kSolved && problem.two_levels() && !optimum_.least_energy(problem.optimum()))
+    outcome = run(problem, bounds, cap, softened);
   if (outcome == Outcome::kCapped) return retreat(problem, bounds, hold);
   finish(problem, bounds, hold, optimum_.z(), softened ? Status::kSoftened : Status::kOptimal);
   if (softened) solution_.row_violation = worst_violation(problem.optimum(), bounds, optimum_.values());
   return solution_;
+}
+
+/// Iterates to the optimum; where the rows conflict, with them relaxed by their least violations.
+Outcome Solver::run(const Problem& problem, const Bounds& bounds, int cap, bool& softened) {
+  const Metric& metric = problem.optimum();
+  int& iterations = solution_.iterations;
+  Outcome outcome = optimum_.run(metric, softened ? kLeft : kSuspect, iterations, cap);
+  if (outcome == Outcome::kConflict && !softened) {
+    softened = find_least_violation(problem, bounds, cap, outcome);
+    if (outcome != Outcome::kCapped)
+      outcome = optimum_.run(metric, softened ? kLeft : kNever, iterations, cap);
+  }
+  while (outcome == Outcome::kConflict) {  // each turn iterates at least once, so the cap bounds them
+    for (int i = 0; i < problem.n(); ++i) {
+      const int k = metric.first_row() + i;
+      optimum_.relax(k, optimum_.violation(k));
+    }
+    optimum_.settle();
+    outcome = optimum_.run(metric, kLeft, iterations, cap);
+  }
+  return outcome;
 }
 
 /// Relaxes the rows of the optimum's iteration by their least violations; false where they do not conflict
@@ -79,7 +97,7 @@ bool Solver::find_least_violation(const Problem& problem, const Bounds& bounds, 
   const int n = problem.n();
   const Metric &least = problem.least(), &optimum = problem.optimum();
   least_.set_gradient(least, Vector::Zero(n));
-  (void)least_.set_bounds(least, problem.id(), bounds);
+  (void)least_.set_bounds(least, problem.id(), bounds, 0);
   outcome = least_.run(least, kSettled, solution_.iterations, cap);
   if (outcome != Outcome::kConflict) return false;
   for (int k = least.first_row(); k < least.first_row() + n; ++k)
@@ -134,22 +152,26 @@ const Solution& Solver::retreat(const Problem& problem, const Bounds& bounds, co
   const int n = problem.n();
   const Metric& metric = problem.optimum();
   const Values towards = optimum_.standing(metric);
-  Values held{}, direction{}, at_hold, along, size;
+  Values held{}, direction{}, at_hold, along, size, ignored;
   for (int j = 0; j < n; ++j) {
     held[j] = clip(j < hold.size() ? hold[j] : 0, bounds.lower[j], bounds.upper[j]) * metric.weight(j);
-    direction[j] = towards[j] - held[j];
+    direction[j] = std::isfinite(towards[j]) ? towards[j] - held[j] : 0;
   }
   metric.evaluate(held, at_hold, size);
-  metric.evaluate(direction, along, size);
+  metric.evaluate(direction, along, ignored);
 
   double step = 1;
   bool met = true;
-  for (int k = metric.first_row(); k < metric.first_row() + n; ++k) {
-    const double lower = bounds.row_lower[k - metric.first_row()] * metric.weight(k),
-                 upper = bounds.row_upper[k - metric.first_row()] * metric.weight(k);
-    met = met && lower <= at_hold[k] && at_hold[k] <= upper;
-    if (along[k] > 0) step = std::min(step, std::max(upper - at_hold[k], 0.0) / along[k]);
-    if (along[k] < 0) step = std::min(step, std::min(lower - at_hold[k], 0.0) / along[k]);
+  for (int j = 0; j < n; ++j) {
+    const int k = metric.first_row() + j;
+    const double lower = bounds.row_lower[j] * metric.weight(k),
+                 upper = bounds.row_upper[j] * metric.weight(k);
+    // An answer that was at a bound a cycle ago is beyond it by rounding now.
+    const double bound = at_hold[k] < lower ? lower : at_hold[k] > upper ? upper : 0;
+    const double grain = kGrain * (size[k] + std::abs(bound));
+    met = met && lower - grain <= at_hold[k] && at_hold[k] <= upper + grain;
+    if (along[k] > 0) step = std::min(step, std::max(upper - at_hold[k], grain) / along[k]);
+    if (along[k] < 0) step = std::min(step, std::min(lower - at_hold[k], -grain) / along[k]);
   }
   if (met) {  // the objective along the way is ½ curvature step² + slope step
     double slope = 0, curvature = 0;

@@ -57,6 +57,8 @@ class Solver {
   ///     s √(A H⁻¹ A)_kk, where s = max_j {|g_j| √H⁻¹_jj, |x_j| / √H⁻¹_jj} is the size of the whole problem
   ///     in the metric of H⁻¹, or to 1e-7 where H is so nearly singular that rounding forbids more;
   ///     stationary to 1e-8 in that metric
+  ///     Of a problem of two levels (Ties) x is found by passes; the last changed W_ea x, with H = W_eaᵀW_ea,
+  ///     by at most 1e-7 of itself, or it was the twelfth
   ///   - kSoftened: Σ_k v_k² / A_kk over the rows' violations v is least (weighed by energy: v² / A_kk is
   ///     twice the work to push actuator k alone by v); x is optimal for the rows relaxed by v
   ///   - kCapped: no row is violated more than at the clipped `hold`, up to rounding; where that met the
@@ -67,9 +69,9 @@ class Solver {
   const Solution& solve(const Problem& problem, const Vector& g, const Bounds& bounds, const Vector& hold,
                         int iteration_cap) noexcept;
 
-  /// Multiplier of a constraint at the last solve that ended kOptimal or kSoftened: with c_k the rows of
-  /// C = [I; A], H x + g + Σ_k multiplier(k) c_k = 0. Positive at an upper bound, negative at a lower
-  /// one, else zero.
+  /// Multiplier of a constraint at the last solve of a problem of one level that ended kOptimal or kSoftened:
+  /// with c_k the rows of C = [I; A], H x + g + Σ_k multiplier(k) c_k = 0. Positive at an upper bound,
+  /// negative at a lower one, else zero.
   /// @param problem  that of the last solve
   /// @param k        0..2n-1: row of C
   /// @return         objective unit / unit of the constraint
@@ -81,6 +83,8 @@ class Solver {
   void reset() noexcept;
 
  private:
+  const Solution& iterate(const Problem& problem, const Bounds& bounds, const Vector& hold, int cap);
+  DualIteration::Outcome run(const Problem& problem, const Bounds& bounds, int cap, bool& softened);
   bool find_least_violation(const Problem& problem, const Bounds& bounds, int cap,
                             DualIteration::Outcome& outcome);
   const Solution& finish(const Problem& problem, const Bounds& bounds, const Vector& hold, const Values& z,

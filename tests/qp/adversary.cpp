@@ -21,7 +21,7 @@ class Trouble {
     if (chance(0.05)) qp_.bounds.row_lower = qp_.bounds.row_upper = qp_.A * inside();
     if (victim_.feasible) admit(inside());
     if (chance(0.2)) change_unit(integer(0, n_ - 1), std::ldexp(1.0, integer(-20, 20)));
-    if (chance(0.2)) qp_.g *= std::pow(10, uniform(0, 12));
+    if (chance(0.2)) ask_from_afar();
     if (chance(0.1)) ask_too_much();
     if (chance(0.03)) break_a_number();
   }
@@ -69,6 +69,14 @@ class Trouble {
     qp_.g[j] *= size;
     for (Vector* side : {&qp_.bounds.lower, &qp_.bounds.upper}) (*side)[j] /= size;
     for (Vector* side : {&qp_.bounds.row_lower, &qp_.bounds.row_upper}) (*side)[j] *= size;
+  }
+
+  /// Moves the minimum of the objective alone far out of the bounds: beyond what a double holds of both at
+  /// once.
+  void ask_from_afar() {
+    const double decades = uniform(0, 12);
+    qp_.g *= std::pow(10, decades);
+    victim_.extreme = decades > 3;
   }
 
   void ask_too_much() {

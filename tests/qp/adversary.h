@@ -13,6 +13,7 @@ struct Adversary {
 
   Qp qp;
   bool feasible = false;   // some point meets bounds and rows; where not, there may still be one
+  bool extreme = false;    // the minimum of the objective alone is more than 1000 times as far as the bounds
   bool well_posed = true;  // else a number is none, or a lower bound is above its upper one
 };
 

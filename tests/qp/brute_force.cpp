@@ -12,10 +12,13 @@ constexpr double kTolerance = 1e-8;
 /// The problem with variables and rows scaled to about one, and the search over its active sets.
 class Enumeration {
  public:
-  explicit Enumeration(const Qp& qp) : n_(static_cast<int>(qp.g.size())), scale_(n_) {
+  Enumeration(const Qp& qp, const Eigen::MatrixXd& fixed, const Eigen::VectorXd& values)
+      : n_(static_cast<int>(qp.g.size())), scale_(n_), values_(values) {
     for (int j = 0; j < n_; ++j) scale_[j] = 1 / std::sqrt(qp.H(j, j));
     H_ = scale_.asDiagonal() * qp.H * scale_.asDiagonal();
     g_ = scale_.asDiagonal() * qp.g;
+    fixed_.resize(fixed.rows(), n_);
+    if (fixed.rows() > 0) fixed_ = fixed * scale_.asDiagonal();
     C_.resize(2 * n_, n_);
     C_.topRows(n_).setIdentity();
     C_.bottomRows(n_) = qp.A * scale_.asDiagonal();
@@ -59,15 +62,20 @@ class Enumeration {
   }
 
   bool optimal() {
-    const int m = static_cast<int>(active_.size());
-    Eigen::MatrixXd kkt = Eigen::MatrixXd::Zero(n_ + m, n_ + m);
-    Eigen::VectorXd rhs(n_ + m);
+    const int m = static_cast<int>(active_.size()), c = static_cast<int>(fixed_.rows());
+    Eigen::MatrixXd kkt = Eigen::MatrixXd::Zero(n_ + m + c, n_ + m + c);
+    Eigen::VectorXd rhs(n_ + m + c);
     kkt.topLeftCorner(n_, n_) = H_;
     rhs.head(n_) = -g_;
     for (int i = 0; i < m; ++i) {
       kkt.row(n_ + i).head(n_) = C_.row(active_[i].k);
       kkt.col(n_ + i).head(n_) = C_.row(active_[i].k).transpose();
       rhs[n_ + i] = active_[i].bound;
+    }
+    if (c > 0) {
+      kkt.block(n_ + m, 0, c, n_) = fixed_;
+      kkt.block(0, n_ + m, n_, c) = fixed_.transpose();
+      rhs.tail(c) = values_;
     }
     Eigen::FullPivLU<Eigen::MatrixXd> lu(kkt);
     lu.setThreshold(1e-10);
@@ -86,13 +94,16 @@ class Enumeration {
 
   int n_;
   Vector scale_, x_;
-  Eigen::MatrixXd H_, C_;
-  Eigen::VectorXd g_, lower_, upper_;
+  Eigen::MatrixXd H_, C_, fixed_;
+  Eigen::VectorXd g_, lower_, upper_, values_;
   std::vector<Active> active_;
 };
 
 }  // namespace
 
-std::optional<Vector> solve_by_brute_force(const Qp& qp) { return Enumeration(qp).run(); }
+std::optional<Vector> solve_by_brute_force(const Qp& qp, const Eigen::MatrixXd& fixed,
+                                           const Eigen::VectorXd& values) {
+  return Enumeration(qp, fixed, values).run();
+}
 
 }  // namespace tendril::qp

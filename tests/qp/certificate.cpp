@@ -8,7 +8,8 @@
 namespace tendril::qp {
 namespace {
 
-constexpr double kHeld = 1e-7;  // a row this near to its bound, relative to its terms, is held there
+constexpr double kHeld = 1e-7;   // a row this near to its bound, relative to its terms, is held there
+constexpr double kReach = 1e-3;  // of what g alone would make of it, as a scale of the row beside its terms
 constexpr double kSingular = 1e-6;
 
 /// y ≥ 0 of least |M y - b|; the columns of M have length one.  [Lawson & Hanson 1974, algorithm NNLS]
@@ -59,8 +60,8 @@ double stationarity(const Qp& qp, const Vector& x) {
   };
   for (int j = 0; j < n; ++j) {
     collect(x[j], qp.bounds.lower[j], qp.bounds.upper[j], 0, Vector::Unit(n, j));
-    collect(rows[j], qp.bounds.row_lower[j], qp.bounds.row_upper[j], qp.row_scale(x, j),
-            qp.A.row(j).transpose());
+    collect(rows[j], qp.bounds.row_lower[j], qp.bounds.row_upper[j],
+            qp.row_scale(x, j) + kReach * qp.row_reach(j), qp.A.row(j).transpose());
   }
   const Vector least = qp.H.diagonal() + 1e-300 * Vector::Ones(n);
   const auto metric = (qp.H + Matrix((kSingular * least).asDiagonal())).llt();

@@ -48,6 +48,13 @@ double Qp::row_scale(const Vector& x, int k) const {
   return scale;
 }
 
+double Qp::row_reach(int k) const {
+  double reach = 0;
+  for (int j = 0; j < g.size(); ++j)
+    if (H(j, j) > 0) reach += std::abs(A(k, j) * g[j]) / H(j, j);
+  return reach;
+}
+
 Qp random_qp(std::mt19937_64& random, int n, Rows rows) {
   const int effectors = std::uniform_int_distribution<int>(1, n)(random);
   const bool singular = chance(random, 0.3);

@@ -22,6 +22,8 @@ struct Qp {
   Vector violation(const Vector& x) const;
   /// Magnitude of the terms of row k at x and of its bounds.
   double row_scale(const Vector& x, int k) const;
+  /// Magnitude of what g, by itself, makes of row k.
+  double row_reach(int k) const;
 };
 
 enum class Rows { kFeasible, kArbitrary };

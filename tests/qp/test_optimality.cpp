@@ -32,8 +32,8 @@ void check_rows(const Qp& qp, const Problem& problem, const Solution& solution) 
   }
   for (int k = 0; k < n; ++k) {
     CAPTURE(k, violation[k], problem_scale[k]);
-    REQUIRE(std::abs(violation[k]) <=
-            (problem.proximal() ? 1e-7 : 2e-9) * qp.row_scale(solution.x, k) + 3e-10 * problem_scale[k]);
+    REQUIRE(std::abs(violation[k]) <= (problem.proximal() ? 1e-7 : 2e-9) * qp.row_scale(solution.x, k) +
+                                          3e-10 * (problem_scale[k] + qp.row_reach(k)));
   }
   REQUIRE(solution.row_violation == 0);
 }
