@@ -9,7 +9,7 @@ namespace tendril::qp {
 namespace {
 
 constexpr double kHeld = 1e-7;   // a row this near to its bound, relative to its terms, is held there
-constexpr double kReach = 1e-3;  // of what g alone would make of it, as a scale of the row beside its terms
+constexpr double kReach = 1e-2;  // of what g alone would make of it, as a scale of the row beside its terms
 constexpr double kSingular = 1e-6;
 
 /// y ≥ 0 of least |M y - b|; the columns of M have length one.  [Lawson & Hanson 1974, algorithm NNLS]
