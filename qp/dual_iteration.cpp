@@ -66,17 +66,13 @@ DualIteration::Outcome DualIteration::run(const Metric& metric, double settled, 
 
     // Dual feasibility: each multiplier keeps its sign.
     if (const int blocking = move_multipliers(); blocking >= 0) {
-      working_set_.drop(blocking);
+      leave(blocking);
       continue;
     }
     // Primal feasibility: each value keeps its bounds.
     update_values(metric);
     if (const int k = most_violated(); k >= 0) {
-      const bool equality = lower_[k] == upper_[k];
-      working_set_.add(metric, k,
-                       equality                ? Side::kBoth
-                       : value_[k] < lower_[k] ? Side::kLower
-                                               : Side::kUpper);
+      enter(metric, k);
       continue;
     }
     // Complementarity holds by construction, stationarity up to rounding, softness and the proximal term.
@@ -167,6 +163,17 @@ void DualIteration::resume(const Metric& metric, std::uint64_t id) {
     working_set_.set_side(i, lower_[k] == upper_[k] ? Side::kBoth : side);
     if (!std::isfinite(bound)) working_set_.drop(i);
   }
+}
+
+void DualIteration::enter(const Metric& metric, int k) {
+  const bool equality = lower_[k] == upper_[k];
+  working_set_.add(metric, k, equality ? Side::kBoth : value_[k] < lower_[k] ? Side::kLower : Side::kUpper);
+  slope_length_ = kInfinity;
+}
+
+void DualIteration::leave(int i) {
+  working_set_.drop(i);
+  slope_length_ = kInfinity;
 }
 
 /// That at which entry i of the working set is held.
@@ -360,6 +367,7 @@ bool DualIteration::least_energy(const Metric& metric) noexcept {
     if (change <= kLeastEnergy * kLeastEnergy * extent || passes_ == kPasses) return true;
   }
   ++passes_;
+  slope_length_ = kInfinity;
   largest_ = terms_ = 0;
   for (int j = 0; j < n_; ++j) {
     const int k = first_row_ + j;

@@ -86,6 +86,8 @@ class DualIteration {
   enum class Rows { kMet, kOff, kConflict };
 
   void resume(const Metric& metric, std::uint64_t id);
+  void enter(const Metric& metric, int k);
+  void leave(int i);
   double bound(int i) const;
   int move_multipliers();
   void update_values(const Metric& metric);

@@ -9,7 +9,7 @@ namespace tendril::qp {
 namespace {
 
 constexpr int kCap = 1000;
-constexpr double kMet = 1e-7;     // of its terms, to which a row is met,
+constexpr double kMet = 1e-7;    // of its terms, to which a row is met,
 constexpr double kReach = 1e-9;  // and of what g alone would make of it
 
 /// Value of an environment variable that holds a number, or another one where it is not set.

@@ -25,9 +25,8 @@ void check_rows(const Qp& qp, const Problem& problem, const Solution& solution) 
   Vector problem_scale = Vector::Zero(n);
   if (!problem.proximal()) {
     const Matrix inverse = qp.H.ldlt().solve(Matrix(Matrix::Identity(n, n)));
-    const Vector spread = inverse.diagonal().cwiseSqrt();
-    const double size = std::max(qp.g.cwiseProduct(spread).cwiseAbs().maxCoeff(),
-                                 solution.x.cwiseQuotient(spread).cwiseAbs().maxCoeff());
+    const Eigen::VectorXd spread = inverse.diagonal().cwiseSqrt();
+    const double size = (solution.x.array() / spread.array()).abs().maxCoeff();
     problem_scale = size * Matrix(qp.A * inverse * qp.A).diagonal().cwiseSqrt();
   }
   for (int k = 0; k < n; ++k) {
