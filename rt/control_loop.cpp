@@ -51,25 +51,36 @@ ControlLoop::ControlLoop(hal::Bus& bus, hal::DriveMaster& drives, Controller& co
       feedback_(feedback),
       requests_(requests) {}
 
-TraceRecord& ControlLoop::cycle(std::int64_t intended_ns, std::int64_t woken_ns, int late_in_a_row) noexcept {
+const hal::Measurement& ControlLoop::read(std::int64_t woken_ns) noexcept {
   hal::Frame frame;
   for (int k = 0; k < kFramesPerCycle && bus_.receive(frame); ++k) drives_.receive(frame, woken_ns);
-  const hal::Measurement& measurement = drives_.measure(bus_.health(), woken_ns);
+  return drives_.measure(bus_.health(), woken_ns);
+}
 
-  const Snapshot* snapshot = snapshots_.has_value() ? &snapshots_.latest() : nullptr;
+const Decision& ControlLoop::solve(const hal::Measurement& measurement, std::int64_t intended_ns,
+                                   int late_in_a_row) noexcept {
+  snapshot_ = snapshots_.has_value() ? &snapshots_.latest() : nullptr;
   const Target* target = targets_.has_value() ? &targets_.latest() : nullptr;
   const Cycle cycle{intended_ns, late_in_a_row, requests_.stop.load(std::memory_order_relaxed),
                     requests_.model_failed.load(std::memory_order_relaxed)};
-  const Decision& decision = controller_.step(measurement, snapshot, target, cycle);
+  return controller_.step(measurement, snapshot_, target, cycle);
+}
 
+TraceRecord& ControlLoop::write(const hal::Measurement& measurement, const Decision& decision,
+                                std::int64_t intended_ns, std::int64_t woken_ns) noexcept {
   frames_.clear();
   drives_.command(decision.command, woken_ns, frames_);
   for (const hal::Frame& out : frames_) bus_.send(out);  // what the queue cannot take is counted by the bus
 
   fill(feedback_.back(), intended_ns, measurement, decision);
   feedback_.publish();
-  fill(record_, intended_ns, measurement, snapshot, decision);
+  fill(record_, intended_ns, measurement, snapshot_, decision);
   return record_;
+}
+
+TraceRecord& ControlLoop::cycle(std::int64_t intended_ns, std::int64_t woken_ns, int late_in_a_row) noexcept {
+  const hal::Measurement& measurement = read(woken_ns);
+  return write(measurement, solve(measurement, intended_ns, late_in_a_row), intended_ns, woken_ns);
 }
 
 void ControlLoop::run(PeriodicClock& clock, TraceRing& trace, LoopCounts& counts,
@@ -82,7 +93,11 @@ void ControlLoop::run(PeriodicClock& clock, TraceRing& trace, LoopCounts& counts
   while (phase != Phase::kStopped) {
     const std::int64_t intended_ns = clock.wait();
     const std::int64_t woken_ns = now_ns();
-    TraceRecord& record = cycle(intended_ns, woken_ns, late_in_a_row);
+    const hal::Measurement& measurement = read(woken_ns);
+    const std::int64_t read_ns = now_ns();
+    const Decision& decision = solve(measurement, intended_ns, late_in_a_row);
+    const std::int64_t solved_ns = now_ns();
+    TraceRecord& record = write(measurement, decision, intended_ns, woken_ns);
     phase = record.phase;
 
     const std::int64_t ended_ns = now_ns();
@@ -91,6 +106,8 @@ void ControlLoop::run(PeriodicClock& clock, TraceRing& trace, LoopCounts& counts
     if (record.missed > 0) counts.wakeup.record_with_missed(overdue_ns, clock.period_ns());
     late_in_a_row = record.missed > 0 ? late_in_a_row + 1 : 0;
     record.wakeup_ns = woken_ns - intended_ns;
+    record.read_ns = read_ns - woken_ns;
+    record.solve_ns = solved_ns - read_ns;
     record.cycle_ns = ended_ns - woken_ns;
     counts.wakeup.record(record.wakeup_ns);
     counts.cycle.record(record.cycle_ns);

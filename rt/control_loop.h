@@ -67,6 +67,13 @@ class ControlLoop {
   // More than a bus of 1 Mbit/s can carry in 10 ms; what is left waits for the next cycle.
   static constexpr int kFramesPerCycle = 256;
 
+  // The stages of a cycle, in their order; run() takes the time between them.
+  const hal::Measurement& read(std::int64_t woken_ns) noexcept;
+  const Decision& solve(const hal::Measurement& measurement, std::int64_t intended_ns,
+                        int late_in_a_row) noexcept;
+  TraceRecord& write(const hal::Measurement& measurement, const Decision& decision, std::int64_t intended_ns,
+                     std::int64_t woken_ns) noexcept;
+
   hal::Bus& bus_;
   hal::DriveMaster& drives_;
   Controller& controller_;
@@ -74,6 +81,7 @@ class ControlLoop {
   TripleBuffer<Target>& targets_;
   TripleBuffer<Feedback>& feedback_;
   const Requests& requests_;
+  const Snapshot* snapshot_ = nullptr;  // this cycle's
   hal::FrameBatch frames_;
   TraceRecord record_;
 };

@@ -12,6 +12,8 @@ namespace tendril::rt {
 struct TraceRecord {
   std::int64_t intended_ns = 0;  ///< intended wake-up, CLOCK_MONOTONIC
   std::int64_t wakeup_ns = 0;    ///< actual wake-up after the intended one
+  std::int64_t read_ns = 0;      ///< of the cycle's work: taking in what the bus has brought
+  std::int64_t solve_ns = 0;     ///< of the cycle's work: snapshot, target, QP; what remains is writing
   std::int64_t cycle_ns = 0;     ///< from wake-up to the end of the cycle's work
   std::int64_t missed = 0;       ///< deadlines skipped because this cycle ended late
   Phase phase = Phase::kConnecting;

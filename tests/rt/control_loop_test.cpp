@@ -125,6 +125,7 @@ TEST_CASE("The loop on the clock counts every deadline, traces every cycle and m
   CHECK(rig->progress.ended);
   CHECK(records.back().phase == Phase::kStopped);
   std::int64_t missed = 0;
+  bool stalled_writing = false;
   for (size_t k = 0; k < records.size(); ++k) {
     if (k > 0) {
       // On the grid, whatever the machine did meanwhile.
@@ -132,7 +133,13 @@ TEST_CASE("The loop on the clock counts every deadline, traces every cycle and m
       CHECK(periods == Approx(static_cast<double>(1 + records[k - 1].missed)).margin(1e-6));
     }
     missed += records[k].missed;
+    CHECK(records[k].read_ns >= 0);
+    CHECK(records[k].solve_ns > 0);  // no two readings of a clock around a QP are the same
+    CHECK(records[k].read_ns + records[k].solve_ns <= records[k].cycle_ns);
+    // The stall is in a command: it is the writing that has taken so long.
+    stalled_writing |= records[k].cycle_ns - records[k].read_ns - records[k].solve_ns >= 9 * kMillisecond;
   }
+  CHECK(stalled_writing);
   CHECK(rig->trace.dropped() == 0);
   CHECK(missed >= 4);
   CHECK(counts->late_cycles == missed);
