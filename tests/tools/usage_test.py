@@ -39,9 +39,10 @@ class UsageTest(unittest.TestCase):
 
     def test_bench_refuses_what_it_cannot_measure(self):
         for arguments, said in (
-            ([], "needs the word model or qp; tools/bench --help explains it"),
-            (["rt"], "cannot measure rt, only model and qp; tools/bench --help explains it"),
+            ([], "needs the word model, qp or latency; tools/bench --help explains it"),
+            (["rt"], "cannot measure rt, only model, qp and latency; tools/bench --help explains it"),
             (["qp", "--sets"], "--sets needs a value; tools/bench --help explains it"),
+            (["latency", "--sets"], "latency does not know --sets; tools/bench --help lists what it does"),
             (["qp", "--growth"], "qp does not know --growth; tools/bench --help lists what it does"),
         ):
             ended = self.run_command("bench", *arguments)

@@ -1,0 +1,219 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "app/exit_codes.h"
+#include "app/report_pictures.h"
+#include "app/stop_signal.h"
+#include "rt/deadline_grid.h"
+#include "tools/tendril_latency_load.h"
+#include "tools/tendril_latency_machine.h"
+#include "tools/tendril_latency_run.h"
+
+namespace tendril::tools {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Arguments {
+  std::string robot;
+  bool timer = false, json = false;
+  LatencyOptions run;
+  std::vector<std::string> loads, limits;
+  std::filesystem::path report;
+};
+
+/// A threshold: that share of a stage's latencies, in percent, may not exceed so many us.
+struct Limit {
+  std::string stage;
+  double percent, us;
+};
+
+app::ConfigError usage(const std::string& text) { return app::ConfigError(text + "; see --help"); }
+
+Limit parse_limit(const std::string& text) {
+  const auto refuse = [&] {
+    return usage(fmt::format(
+        "--limit: found '{}', expected STAGE:PERCENT:US as in wakeup:99.9:100, with a stage of {}", text,
+        fmt::join(LatencyStages::kNames, ", ")));
+  };
+  Limit limit;
+  const auto first = text.find(':'), second = text.find(':', first + 1);
+  if (first == std::string::npos || second == std::string::npos) throw refuse();
+  limit.stage = text.substr(0, first);
+  const std::string percent = text.substr(first + 1, second - first - 1), us = text.substr(second + 1);
+  if (std::ranges::find(LatencyStages::kNames, limit.stage) == LatencyStages::kNames.end() ||
+      !CLI::detail::lexical_cast(percent, limit.percent) || !CLI::detail::lexical_cast(us, limit.us) ||
+      !(limit.percent >= 0 && limit.percent <= 100) || !(limit.us >= 0))
+    throw refuse();
+  return limit;
+}
+
+ordered_json judge(const std::vector<Limit>& limits, const LatencyStages& stages) {
+  ordered_json verdicts = ordered_json::array();
+  for (const Limit& limit : limits) {
+    const rt::Histogram& stage = stages.stage(limit.stage);
+    const double found_us = 1e-3 * static_cast<double>(stage.percentile_ns(limit.percent));
+    verdicts.push_back({{"stage", limit.stage},
+                        {"percent", limit.percent},
+                        {"limit_us", limit.us},
+                        {"found_us", found_us},
+                        {"met", stage.count() > 0 && found_us <= limit.us}});
+  }
+  return verdicts;
+}
+
+ordered_json result_of(const Arguments& arguments, const LatencyStages& stages, const LatencyFacts& facts,
+                       const ordered_json& verdicts) {
+  ordered_json result;
+  result["what"] = arguments.timer ? "timer" : arguments.robot;
+  result["rate_hz"] = arguments.run.rate_hz;
+  result["seconds"] = facts.seconds;
+  result["cycles"] = stages.cycles();
+  result["late"] = stages.late();
+  result["trace_dropped"] = facts.trace_dropped;
+  result["scheduling"] = facts.scheduling;
+  result["cpu"] = arguments.run.cpu < 0 ? ordered_json(nullptr) : ordered_json(arguments.run.cpu);
+  result["others_cpu"] =
+      arguments.run.others_cpu < 0 ? ordered_json(nullptr) : ordered_json(arguments.run.others_cpu);
+  result["memory_locked"] = facts.memory_locked;
+  result["model_rate_hz"] = facts.model_rate_hz;
+  result["load"] = arguments.loads;
+  result["fault"] = facts.fault;
+  result["limits"] = verdicts;
+  result["machine"] = describe_machine();
+  result["stages"] = stages.json();
+  return result;
+}
+
+void print_for_people(const Arguments& arguments, const LatencyStages& stages, const ordered_json& result) {
+  const ordered_json& machine = result["machine"];
+  fmt::print("{} at {:g} Hz for {:.1f} s, {}, load: {}\n", result["what"].get<std::string>(),
+             arguments.run.rate_hz, result["seconds"].get<double>(), result["scheduling"].get<std::string>(),
+             arguments.loads.empty() ? "none of ours" : fmt::format("{}", fmt::join(arguments.loads, ", ")));
+  fmt::print("kernel {}, {} CPUs{}\n\n{}\n", machine["kernel"].get<std::string>(),
+             machine["cpus"].get<long>(),
+             machine["virtual_machine"].get<bool>() ? " of a virtual machine" : "", stages.table());
+  fmt::print("{}", stages.plot("wakeup"));
+  if (!arguments.timer) fmt::print("\n{}", stages.plot("whole"));
+  for (const ordered_json& verdict : result["limits"])
+    fmt::print("{} {}: {:g} % within {:.1f} us, {:g} allowed\n",
+               verdict["met"].get<bool>() ? "met    " : "BROKEN ", verdict["stage"].get<std::string>(),
+               verdict["percent"].get<double>(), verdict["found_us"].get<double>(),
+               verdict["limit_us"].get<double>());
+}
+
+void write_report(const std::filesystem::path& folder, const ordered_json& result) {
+  std::filesystem::create_directories(folder);
+  std::ofstream file(folder / "latency.json");
+  file << result.dump() << '\n';
+  file.close();
+  if (!file) throw std::runtime_error((folder / "latency.json").string() + " cannot be written in full");
+  app::draw_report(folder);
+}
+
+int measure(Arguments arguments) {
+  if (arguments.timer != arguments.robot.empty())
+    throw usage(arguments.timer ? "either a robot file or --timer, not both"
+                                : "a robot file or --timer is needed");
+  std::vector<Limit> limits;
+  for (const std::string& text : arguments.limits) {
+    limits.push_back(parse_limit(text));
+    if (const auto& stage = limits.back().stage; arguments.timer && stage != "wakeup" && stage != "whole")
+      throw usage("--limit: --timer has no stage " + stage);
+  }
+  app::Config config;
+  if (!arguments.timer) config = app::load_config(arguments.robot);
+  if (arguments.run.rate_hz == 0) arguments.run.rate_hz = config.control.rate_hz;
+
+  const auto stages = std::make_unique<LatencyStages>(std::llround(1e9 / arguments.run.rate_hz));
+  const TellProgress tell = [&](double seconds) {
+    fmt::print(stderr,
+               "{:6.0f} s  {:10} cycles  late {}  99.9 %: wake-up {:.0f}, whole {:.0f} us  max {:.0f} us\n",
+               seconds, stages->cycles(), stages->late(),
+               1e-3 * static_cast<double>(stages->stage("wakeup").percentile_ns(99.9)),
+               1e-3 * static_cast<double>(stages->stage("whole").percentile_ns(99.9)),
+               1e-3 * static_cast<double>(stages->stage("whole").max_ns()));
+  };
+  LatencyFacts facts;
+  {
+    LatencyLoad load(arguments.loads);
+    facts = arguments.timer ? run_timer(arguments.run, *stages, tell)
+                            : run_robot(config, arguments.run, *stages, tell);
+    if (!load.alive())
+      throw std::runtime_error("stress-ng ended by itself: the load was not there all the time");
+  }
+  const ordered_json verdicts = judge(limits, *stages);
+  const ordered_json result = result_of(arguments, *stages, facts, verdicts);
+  if (!arguments.report.empty()) write_report(arguments.report, result);
+  if (arguments.json)
+    fmt::print("{}\n", result.dump());
+  else
+    print_for_people(arguments, *stages, result);
+  if (facts.trace_dropped > 0)
+    spdlog::warn("{} cycles are missing from the figures: the main thread was kept from reading",
+                 facts.trace_dropped);
+  if (!facts.fault.empty()) spdlog::error("the controller stopped: {}", facts.fault);
+  if (stages->cycles() == 0) spdlog::error("no cycle was measured");
+  const bool all_met =
+      std::ranges::all_of(verdicts, [](const auto& verdict) { return verdict["met"] == true; });
+  return all_met && facts.fault.empty() && stages->cycles() > 0 ? app::kOk : app::kCheckFailed;
+}
+
+}  // namespace
+}  // namespace tendril::tools
+
+int main(int argc, char** argv) {
+  using namespace tendril;
+  CLI::App cli{
+      "tendril-latency measures how late the control loop is: it runs the daemon's own cycle (bus, snapshot, "
+      "QP, "
+      "bus) with the model thread behind it and simulated drives on a local bus, or the bare timer. "
+      "Latencies count "
+      "from the intended wake-up, and a stall counts for every period it covers. Ctrl-C ends it with "
+      "results.\n\n"
+      "Exit codes: 0 measured; 1 a limit was broken, or the controller stopped; 2 wrong usage or robot file; "
+      "3 the "
+      "machine lacks something (rights, stress-ng)."};
+  tools::Arguments arguments;
+  cli.add_option("CONFIG", arguments.robot, "the robot: a YAML file, see docs/robot-file.md");
+  cli.add_flag("--timer", arguments.timer, "the bare timer instead of a robot, to compare with cyclictest");
+  cli.add_option("--rate", arguments.run.rate_hz, "Hz (default: the robot's; 600 for the timer)")
+      ->check(CLI::Range(rt::DeadlineGrid::kLowestRateHz, rt::DeadlineGrid::kHighestRateHz));
+  cli.add_option("--duration", arguments.run.duration_s, "seconds to measure; 0: until Ctrl-C")
+      ->check(CLI::NonNegativeNumber);
+  cli.add_option("--priority", arguments.run.priority, "SCHED_FIFO")
+      ->check(CLI::Range(1, 98))
+      ->capture_default_str();
+  cli.add_option("--cpu", arguments.run.cpu, "the only CPU of the thread that is measured")
+      ->check(CLI::NonNegativeNumber);
+  cli.add_option("--others-cpu", arguments.run.others_cpu,
+                 "the only CPU of all other threads: model, drives, main")
+      ->check(CLI::NonNegativeNumber);
+  cli.add_option("--model-rate", arguments.run.model_rate_limit, "Hz, at most; 0: as fast as the model can")
+      ->check(CLI::NonNegativeNumber);
+  cli.add_option(
+         "--load", arguments.loads,
+         "work beside it, made by stress-ng: " + fmt::format("{}", fmt::join(tools::load_names(), ", ")))
+      ->delimiter(',')
+      ->check(CLI::IsMember(tools::load_names()));
+  cli.add_option("--limit", arguments.limits,
+                 "STAGE:PERCENT:US, e.g. whole:99.9:200: exit code 1 where it is exceeded; may be repeated");
+  cli.add_option("--report", arguments.report, "folder for latency.json, pictures and a page to pass on");
+  cli.add_flag("--json", arguments.json, "one line of JSON instead of table and plot");
+  cli.add_flag("--allow-non-rt", arguments.run.allow_non_rt,
+               "measure without SCHED_FIFO and locked memory where they are refused");
+  cli.set_version_flag("--version", TENDRIL_VERSION);
+  if (const auto code = app::parse_arguments(cli, argc, argv)) return *code;
+
+  spdlog::set_default_logger(spdlog::stderr_logger_mt("tendril-latency"));
+  app::watch_stop_signals();
+  return app::exit_code_of([&] { return tools::measure(arguments); });
+}

@@ -1,0 +1,263 @@
+#include "tools/tendril_latency_run.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+
+#include "app/channels.h"
+#include "app/inverse_statics.h"
+#include "app/model_thread.h"
+#include "app/motion.h"
+#include "app/plant.h"
+#include "app/robot.h"
+#include "app/stop_signal.h"
+#include "hal/cia402_master.h"
+#include "rt/idle_latency_limit.h"
+#include "rt/memory.h"
+#include "rt/periodic_clock.h"
+#include "rt/rt_error.h"
+
+namespace tendril::tools {
+namespace {
+
+constexpr auto kHousekeeping = std::chrono::milliseconds(5);
+constexpr int kPollTimeout_ms = 1;
+constexpr std::int64_t kProgress_ns = 1'000'000'000;
+
+rt::RtRights rights(const LatencyOptions& options) {
+  return options.allow_non_rt ? rt::RtRights::kIgnore : rt::RtRights::kRequire;
+}
+
+/// Locked memory and CPUs that do not sleep deeper than allowed, where they can be had.
+struct Machine {
+  Machine(const LatencyOptions& options, double idle_latency_s) {
+    try {
+      rt::lock_memory();
+      memory_locked = true;
+    } catch (const rt::RtError& error) {
+      if (!options.allow_non_rt) throw;
+      spdlog::warn("{}", error.what());
+    }
+    try {
+      idle = std::make_unique<rt::IdleLatencyLimit>(
+          static_cast<std::int32_t>(std::lround(1e6 * idle_latency_s)));
+    } catch (const rt::RtError& error) {
+      spdlog::warn("{}", error.what());
+    }
+  }
+  bool memory_locked = false;
+  std::unique_ptr<rt::IdleLatencyLimit> idle;
+};
+
+/// A folder for the socket of the bus, gone with the object.
+class SocketFolder {
+ public:
+  SocketFolder() : path_((std::filesystem::temp_directory_path() / "tendril-latency-XXXXXX").string()) {
+    if (mkdtemp(path_.data()) == nullptr)
+      throw std::runtime_error("cannot make " + path_ + ": set TMPDIR to a folder that can be written");
+  }
+  ~SocketFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  std::string bus() const { return "local:" + path_ + "/bus"; }
+
+ private:
+  std::string path_;
+};
+
+/// The simulated drives, in a thread below the controller's as in tendril-plant.
+class DriveBench {
+ public:
+  DriveBench(const app::Config& config, const LatencyOptions& options)
+      : drives_(config),
+        bus_(hal::open_bus(folder_.bus(), hal::BusRole::kHost)),
+        thread_({"drives", std::max(1, options.priority / 2), options.others_cpu}, rt::RtRights::kIgnore,
+                [this] { serve(); }) {}
+  ~DriveBench() { quit_ = true; }  // the thread is joined next
+
+  std::string bus() const { return folder_.bus(); }
+
+ private:
+  void serve() noexcept {
+    pollfd readable{bus_->descriptor(), POLLIN, 0};
+    while (!quit_) {
+      poll(&readable, 1, kPollTimeout_ms);
+      drives_.serve(*bus_, {}, rt::now_ns());
+    }
+  }
+
+  SocketFolder folder_;
+  app::PlantDrives drives_;
+  std::unique_ptr<hal::Bus> bus_;
+  std::atomic<bool> quit_{false};
+  rt::RealtimeThread thread_;  // last: it uses all others
+};
+
+/// Drains the trace of a control thread until it has ended, and ends it when time is up or a signal comes.
+class Watch {
+ public:
+  using OnFirst = std::function<void(const rt::TraceRecord&)>;
+  using Tend = std::function<void()>;
+
+  Watch(app::Channels& channels, const LatencyOptions& options, LatencyStages& stages,
+        const TellProgress& tell)
+      : channels_(channels), options_(options), stages_(stages), tell_(tell) {}
+
+  /// @param on_first  called with the first cycle that counts
+  /// @param tend      called each round
+  /// @return  seconds measured
+  double run(const OnFirst& on_first, const Tend& tend) {
+    bool ended = false;
+    while (!ended) {
+      ended = channels_.progress.ended.load(std::memory_order_acquire);  // before the last draining
+      tend();
+      drain(on_first);
+      const bool time_is_up = options_.duration_s > 0 && first_ns_ > 0 && seconds() >= options_.duration_s;
+      if (time_is_up || app::stop_signalled()) channels_.requests.stop = true;
+      if (first_ns_ > 0 && last_ns_ >= next_tale_ns_) {
+        next_tale_ns_ = last_ns_ + kProgress_ns;
+        tell_(seconds());
+      }
+      if (!ended) std::this_thread::sleep_for(kHousekeeping);
+    }
+    return seconds();
+  }
+
+ private:
+  double seconds() const { return 1e-9 * static_cast<double>(last_ns_ - first_ns_); }
+
+  void drain(const OnFirst& on_first) {
+    rt::TraceRecord record;
+    while (channels_.trace.pop(record)) {
+      if (record.phase != rt::Phase::kRunning) continue;
+      last_ns_ = record.intended_ns;
+      if (first_ns_ == 0) {
+        first_ns_ = last_ns_;
+        next_tale_ns_ = first_ns_ + kProgress_ns;
+        on_first(record);
+      }
+      stages_.add(record);
+    }
+  }
+
+  app::Channels& channels_;
+  const LatencyOptions& options_;
+  LatencyStages& stages_;
+  const TellProgress& tell_;
+  std::int64_t first_ns_ = 0, last_ns_ = 0, next_tale_ns_ = 0;
+};
+
+struct StopAtExit {
+  rt::Requests& requests;
+  ~StopAtExit() { requests.stop = true; }
+};
+
+std::string words_of(const rt::Scheduling& scheduling) {
+  return fmt::format("{} {}", scheduling.policy, scheduling.priority);
+}
+
+/// The control loop's way of waiting and nothing else.
+/// Real-time: the thread that is measured.
+void beat(rt::PeriodicClock& clock, app::Channels& channels) noexcept {
+  rt::TraceRecord record;
+  record.phase = rt::Phase::kRunning;
+  while (!channels.requests.stop.load(std::memory_order_relaxed)) {
+    record.intended_ns = clock.wait();
+    const std::int64_t woken_ns = rt::now_ns();
+    record.wakeup_ns = woken_ns - record.intended_ns;
+    record.missed = clock.realign(woken_ns);
+    channels.trace.push(record);
+  }
+  channels.progress.ended.store(true, std::memory_order_release);
+}
+
+}  // namespace
+
+LatencyFacts run_robot(app::Config config, const LatencyOptions& options, LatencyStages& stages,
+                       const TellProgress& tell) {
+  config.control.rate_hz = options.rate_hz;
+  config.control.model_cpu = options.others_cpu;
+  config.control.model_rate_limit_hz = options.model_rate_limit;
+  config.control.late_cycles_limit = std::numeric_limits<int>::max();
+  if (!config.plant) config.plant.emplace();  // the drives' share of it has defaults
+  LatencyFacts facts;
+  const auto robot = app::build_model(config);
+  const rt::EffectorVector rest = app::rest_of_effectors(*robot);
+  const Machine machine(options, config.control.idle_latency);
+  facts.memory_locked = machine.memory_locked;
+
+  const auto channels = std::make_unique<app::Channels>();
+  const auto counts = std::make_unique<rt::LoopCounts>();
+  const DriveBench bench(config, options);
+  hal::Cia402Master master(app::master_config(config));
+  rt::Controller controller(app::controller_config(config));
+  const auto bus = hal::open_bus(bench.bus(), hal::BusRole::kJoin);
+  rt::ControlLoop loop(*bus, master, controller, channels->snapshots, channels->targets, channels->feedback,
+                       channels->requests);
+  app::ModelThread model(*robot, config, *channels);
+  rt::RealtimeThread control({"control", options.priority, options.cpu}, rights(options), [&] {
+    rt::PeriodicClock clock(options.rate_hz);
+    loop.run(clock, channels->trace, *counts, channels->progress);
+  });
+  const StopAtExit stop_at_exit{channels->requests};
+  if (!control.refusal().empty()) spdlog::warn("{}", control.refusal());
+  rt::keep_to_cpu(pthread_self(), "main", options.others_cpu);
+
+  std::optional<app::Motion> motion;
+  facts.seconds = Watch(*channels, options, stages, tell)
+                      .run(
+                          [&](const rt::TraceRecord& first) {
+                            if (config.motion) motion.emplace(config, rest, first);
+                          },
+                          [&] {
+                            if (!motion) return;
+                            channels->targets.back() = motion->at(rt::now_ns());
+                            channels->targets.publish();
+                          });
+  control.join();
+  model.stop();
+  facts.scheduling = words_of(counts->scheduling);
+  facts.trace_dropped = channels->trace.dropped();
+  if (model.active_seconds() > 0)
+    facts.model_rate_hz = static_cast<double>(model.refreshes()) / model.active_seconds();
+  if (controller.faulted())
+    facts.fault = controller.stop_reason() == rt::Fault::kDrives ? master.describe(controller.drive_fault())
+                                                                 : rt::rule(controller.stop_reason()).words;
+  return facts;
+}
+
+LatencyFacts run_timer(const LatencyOptions& options, LatencyStages& stages, const TellProgress& tell) {
+  LatencyFacts facts;
+  const Machine machine(options, 0);
+  facts.memory_locked = machine.memory_locked;
+  const auto channels = std::make_unique<app::Channels>();
+  rt::Scheduling scheduling;
+  rt::RealtimeThread timer({"timer", options.priority, options.cpu}, rights(options), [&] {
+    scheduling = rt::scheduling_of_this_thread();
+    rt::PeriodicClock clock(options.rate_hz);
+    beat(clock, *channels);
+  });
+  const StopAtExit stop_at_exit{channels->requests};
+  if (!timer.refusal().empty()) spdlog::warn("{}", timer.refusal());
+  rt::keep_to_cpu(pthread_self(), "main", options.others_cpu);
+  facts.seconds = Watch(*channels, options, stages, tell).run([](const auto&) {}, [] {});
+  timer.join();
+  facts.scheduling = words_of(scheduling);
+  facts.trace_dropped = channels->trace.dropped();
+  return facts;
+}
+
+}  // namespace tendril::tools

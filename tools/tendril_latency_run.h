@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "app/config.h"
+#include "rt/thread.h"
+#include "tools/tendril_latency_stages.h"
+
+namespace tendril::tools {
+
+struct LatencyOptions {
+  double rate_hz = 0;
+  double duration_s = 0;        ///< of measuring; 0: until a signal
+  int priority = 80;            ///< SCHED_FIFO, of the thread that is measured
+  int cpu = -1;                 ///< of that thread; -1: any
+  int others_cpu = -1;          ///< of all other threads: model, drives, main; -1: any
+  double model_rate_limit = 0;  ///< Hz; 0: as fast as it can
+  bool allow_non_rt = false;
+};
+
+/// What a run tells beside its latencies.
+struct LatencyFacts {
+  std::string scheduling;
+  bool memory_locked = false;
+  double seconds = 0;  ///< that were measured
+  double model_rate_hz = 0;
+  std::uint64_t trace_dropped = 0;  ///< cycles that are missing from the latencies
+  std::string fault;                ///< why the controller stopped by itself; empty: it did not
+};
+
+/// Called about once a second with the seconds measured so far.
+using TellProgress = std::function<void(double seconds)>;
+
+/// Runs a robot's control loop, its model thread, and its simulated drives on a local bus of their own, and
+/// adds each cycle in which the drives follow to the stages. The daemon's limit on late cycles is lifted:
+/// they are what is looked for.
+/// @throws rt::RtError where real-time rights are missing; app::ConfigError
+LatencyFacts run_robot(app::Config config, const LatencyOptions& options, LatencyStages& stages,
+                       const TellProgress& tell);
+
+/// Runs the clock of the control loop with no work in it.
+/// @throws rt::RtError where real-time rights are missing
+LatencyFacts run_timer(const LatencyOptions& options, LatencyStages& stages, const TellProgress& tell);
+
+}  // namespace tendril::tools
