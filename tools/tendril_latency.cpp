@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 
 #include "app/exit_codes.h"
 #include "app/report_pictures.h"
@@ -26,6 +27,8 @@ struct Arguments {
   std::string robot;
   bool timer = false, json = false;
   LatencyOptions run;
+  std::optional<double> rate_hz, model_rate;  // what is not given is the robot file's, or its default
+  std::optional<int> priority, cpu, others_cpu;
   std::vector<std::string> loads, limits;
   std::filesystem::path report;
 };
@@ -131,7 +134,12 @@ int measure(Arguments arguments) {
   }
   app::Config config;
   if (!arguments.timer) config = app::load_config(arguments.robot);
-  if (arguments.run.rate_hz == 0) arguments.run.rate_hz = config.control.rate_hz;
+  const app::ControlConfig& control = config.control;
+  arguments.run.rate_hz = arguments.rate_hz.value_or(control.rate_hz);
+  arguments.run.model_rate_limit = arguments.model_rate.value_or(control.model_rate_limit_hz);
+  arguments.run.priority = arguments.priority.value_or(control.priority);
+  arguments.run.cpu = arguments.cpu.value_or(control.cpu);
+  arguments.run.others_cpu = arguments.others_cpu.value_or(control.model_cpu);
 
   const auto stages = std::make_unique<LatencyStages>(std::llround(1e9 / arguments.run.rate_hz));
   const TellProgress tell = [&](double seconds) {
@@ -174,38 +182,36 @@ int main(int argc, char** argv) {
   using namespace tendril;
   CLI::App cli{
       "tendril-latency measures how late the control loop is: it runs the daemon's own cycle (bus, snapshot, "
-      "QP, "
-      "bus) with the model thread behind it and simulated drives on a local bus, or the bare timer. "
-      "Latencies count "
-      "from the intended wake-up, and a stall counts for every period it covers. Ctrl-C ends it with "
-      "results.\n\n"
+      "QP, bus) with the model thread behind it and simulated drives on a local bus, or the bare timer. "
+      "Latencies count from the intended wake-up, and a stall counts for every period it covers. Rate, "
+      "priority, CPUs and the model's rate are the robot file's unless given here. Ctrl-C ends it with "
+      "results; docs/real-time.md says what to make of them.\n\n"
       "Exit codes: 0 measured; 1 a limit was broken, or the controller stopped; 2 wrong usage or robot file; "
-      "3 the "
-      "machine lacks something (rights, stress-ng)."};
+      "3 the machine lacks something (rights, stress-ng)."};
   tools::Arguments arguments;
   cli.add_option("CONFIG", arguments.robot, "the robot: a YAML file, see docs/robot-file.md");
   cli.add_flag("--timer", arguments.timer, "the bare timer instead of a robot, to compare with cyclictest");
-  cli.add_option("--rate", arguments.run.rate_hz, "Hz (default: the robot's; 600 for the timer)")
+  cli.add_option("--rate", arguments.rate_hz, "Hz")
       ->check(CLI::Range(rt::DeadlineGrid::kLowestRateHz, rt::DeadlineGrid::kHighestRateHz));
   cli.add_option("--duration", arguments.run.duration_s, "seconds to measure; 0: until Ctrl-C")
       ->check(CLI::NonNegativeNumber);
-  cli.add_option("--priority", arguments.run.priority, "SCHED_FIFO")
-      ->check(CLI::Range(1, 98))
-      ->capture_default_str();
-  cli.add_option("--cpu", arguments.run.cpu, "the only CPU of the thread that is measured")
+  cli.add_option("--priority", arguments.priority, "SCHED_FIFO")->check(CLI::Range(1, 98));
+  cli.add_option("--cpu", arguments.cpu, "the only CPU of the thread that is measured")
       ->check(CLI::NonNegativeNumber);
-  cli.add_option("--others-cpu", arguments.run.others_cpu,
+  cli.add_option("--others-cpu", arguments.others_cpu,
                  "the only CPU of all other threads: model, drives, main")
       ->check(CLI::NonNegativeNumber);
-  cli.add_option("--model-rate", arguments.run.model_rate_limit, "Hz, at most; 0: as fast as the model can")
+  cli.add_option("--model-rate", arguments.model_rate, "Hz, at most; 0: as fast as the model can")
       ->check(CLI::NonNegativeNumber);
   cli.add_option(
          "--load", arguments.loads,
          "work beside it, made by stress-ng: " + fmt::format("{}", fmt::join(tools::load_names(), ", ")))
+      ->allow_extra_args(false)  // CONFIG may follow
       ->delimiter(',')
       ->check(CLI::IsMember(tools::load_names()));
   cli.add_option("--limit", arguments.limits,
-                 "STAGE:PERCENT:US, e.g. whole:99.9:200: exit code 1 where it is exceeded; may be repeated");
+                 "STAGE:PERCENT:US, e.g. whole:99.9:200: exit code 1 where it is exceeded; may be repeated")
+      ->allow_extra_args(false);
   cli.add_option("--report", arguments.report, "folder for latency.json, pictures and a page to pass on");
   cli.add_flag("--json", arguments.json, "one line of JSON instead of table and plot");
   cli.add_flag("--allow-non-rt", arguments.run.allow_non_rt,

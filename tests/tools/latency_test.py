@@ -69,7 +69,7 @@ class LatencyTest(unittest.TestCase):
             self.assertIn(key, machine)
 
     def test_the_robot_s_cycle_has_all_stages_and_every_deadline(self):
-        code, out, err = run(ROBOT, "--rate", 200, "--duration", 0.5, "--json")
+        code, out, err = run("--rate", 200, "--duration", 0.5, "--json", "--limit", "whole:100:1e9", ROBOT)
         self.assertEqual(code, 0, err)
         found = json.loads(out)
         self.assertEqual(list(found["stages"]), ["wakeup", "read", "solve", "write", "whole"])

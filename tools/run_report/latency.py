@@ -38,7 +38,7 @@ def draw(folder, result):
             x.append(max(high_ns, 1) / 1000)
             y.append(worse / total)
             worse -= n
-        axes.plot(x, y, color=COLOURS[name], label=name, drawstyle="steps-post",
+        axes.plot(x, y, color=COLOURS[name], label=name, drawstyle="steps-pre",
                   linewidth=2 if name in ("wakeup", "whole") else 1)
     axes.axvline(1e6 / result["rate_hz"], color="#D55E00", linestyle=":", label="period")
     axes.set(xscale="log", yscale="log", xlabel="latency, µs", ylabel="share of cycles that took so long or longer")
