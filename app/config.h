@@ -128,7 +128,7 @@ struct ActuatorConfig {
 /// The two loops: how fast, how long old data serves, and where the effectors may go.
 struct ControlConfig {
   double rate_hz = 600;             // of the control thread
-  double epsilon = 1e-3;            // of the energy term of the QP, unitless
+  double epsilon = 0;               // of the energy term of the QP, unitless; 0: energy breaks ties alone
   int iteration_cap = 100;          // of the QP
   int priority = 80;                // SCHED_FIFO, 1..98: 99 is the kernel's own
   int cpu = -1;                     // the control thread's; -1: any

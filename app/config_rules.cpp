@@ -24,13 +24,6 @@ void check_capacity(const Value& robot, const Config& config) {
         fmt::format("at most {} controlled coordinates, these are {}", kMaxEffectorCoordinates, coordinates));
   }
   if (weighed == 0) robot.at("effectors").fail("a coordinate with a weight above 0");
-  // W_eaᵀ D W_ea has no more than `weighed` nonzero eigenvalues: without the energy term the QP is not
-  // strictly convex.
-  if (config.control.epsilon == 0 && actuators > weighed) {
-    const Value epsilon = robot.at("control").at("epsilon");
-    epsilon.fail(fmt::format("a number above 0, as {} actuators for {} effector coordinates are redundant",
-                             actuators, weighed));
-  }
 }
 
 /// The tracker sees a point.

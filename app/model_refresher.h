@@ -9,9 +9,9 @@
 namespace tendril::app {
 
 /// ‖H‖∞/‖W_aa‖∞, the weighed squared error that a joule is worth, which scales the energy term of the QP as
-/// in SOFA. The norm of a row adds up its entries, so that newtons and pascals must be made comparable first:
-/// the efforts of each unit are counted in the amount that puts ½ J into the softest actuator of that unit.
-/// Where there is one unit alone this cancels.
+/// in SOFA, where control.epsilon asks for one. The norm of a row adds up its entries, so that newtons and
+/// pascals must be made comparable first: the efforts of each unit are counted in the amount that puts ½ J
+/// into the softest actuator of that unit. Where there is one unit alone this cancels.
 /// @param H         W_eaᵀ D W_ea, m × m
 /// @param pressure  which efforts are in Pa, the others are in N; m
 double error_per_joule(const qp::Matrix& H, const qp::Matrix& W_aa, const Eigen::ArrayX<bool>& pressure);

@@ -55,11 +55,12 @@ std::string largest_efforts(const Config& config, const Eigen::VectorXd& lambda)
 }
 
 /// What keeps the model from a waypoint that it misses.
-std::string obstacle(const WaypointCheck& waypoint) {
+std::string obstacle(const Config& config, const WaypointCheck& waypoint) {
+  if (waypoint.at_limits.empty() && waypoint.others_weigh)
+    return "no actuator is at a limit: other effectors outweigh this one";
   if (waypoint.at_limits.empty())
-    return waypoint.others_weigh ? "no actuator is at a limit: other effectors outweigh this one"
-                                 : "no actuator is at a limit: the actuators do not move it that way, or "
-                                   "control.epsilon is large";
+    return fmt::format("no actuator is at a limit: the actuators do not move it that way{}",
+                       config.control.epsilon > 0 ? ", or control.epsilon is large" : "");
   std::vector<std::string> limits;
   for (const AtLimit& at : waypoint.at_limits)
     limits.push_back(fmt::format("{} ({} {} {:g} {})", at.actuator, at.greatest ? "greatest" : "least",
@@ -99,7 +100,7 @@ std::string verdict(const Config& config, const WaypointCheck& waypoint) {
   if (waypoint.reached())
     return fmt::format("reached: {} ({:g} mm counts as reached), {}", within, 1e3 * kReached, efforts);
   return fmt::format("OUT OF REACH: {}, more than {:g} mm, {}; {}", within, 1e3 * kReached, efforts,
-                     obstacle(waypoint));
+                     obstacle(config, waypoint));
 }
 
 }  // namespace tendril::app

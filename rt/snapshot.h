@@ -31,7 +31,7 @@ struct Snapshot {
   ActuatorVector delta_a_free;  ///< m, m or m³
   EffectorVector p_e_free;      ///< e, m or m³
   ActuatorVector lambda;        ///< efforts at the pose, m, N or Pa: the start of the first solve
-  qp::Problem problem;          ///< H = W_eaᵀ D W_ea + energy, and W_aa, prepared
+  qp::Problem problem;          ///< H = W_eaᵀ D W_ea (+ energy), and W_aa, prepared
 };
 
 /// What the control thread tells the model thread.

@@ -94,21 +94,6 @@ TEST_CASE("A rod has two ends apart, one of them on the body, either way round",
   CHECK_THAT(error_of_rod("[body 0 97 45 mm]"), Catch::Contains("actuators[0].rod: found a list of 1"));
 }
 
-TEST_CASE("Redundant actuators need the energy term, as many as coordinates do not", "[unit]") {
-  const auto with = [](const std::string& coordinates, const std::string& epsilon) {
-    std::string yaml = kGood;
-    yaml.replace(yaml.find("coordinates: xyz"), 16, "coordinates: " + coordinates);
-    yaml.replace(yaml.find("priority: 80"), 12, "epsilon: " + epsilon);
-    return error_of(RobotFile(yaml).path());
-  };
-  CHECK(with("xyz", "0") == "no error");
-  CHECK(with("xz", "0.0") == "no error");
-  CHECK(with("z", "1e-12") == "no error");
-  CHECK_THAT(with("xz\n    weight: [1, 0]", "0"), Catch::Contains("2 actuators for 1 effector coordinates"));
-  CHECK_THAT(with("z", "0"), Catch::Contains(":32: control.epsilon: found '0', expected a number above 0"));
-  CHECK_THAT(with("z", "0"), Catch::Contains("2 actuators for 1 effector coordinates are redundant"));
-}
-
 TEST_CASE("A waypoint on the border of the workspace lies in it, whatever binary makes of the sum",
           "[unit]") {
   REQUIRE(0.1 + 0.2 > 0.3);

@@ -96,7 +96,7 @@ TEST_CASE("The shipped diamond loads with its exact values in SI", "[unit]") {
   }
 
   CHECK(c.control.rate_hz == 600);
-  CHECK(c.control.epsilon == 0.001);
+  CHECK(c.control.epsilon == 0);
   CHECK(c.control.iteration_cap == 100);
   CHECK(c.control.priority == 80);
   CHECK(c.control.cpu == -1);

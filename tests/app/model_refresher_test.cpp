@@ -1,9 +1,11 @@
 #include "app/model_refresher.h"
 
+#include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 #include <limits>
 #include <memory>
 
+#include "qp/solver.h"
 #include "tests/app/programs.h"
 
 // The model thread's work on the finger: what a snapshot says is what the body does.
@@ -95,6 +97,26 @@ TEST_CASE("Refreshes under constant efforts bring the body to the equilibrium of
   CHECK((f.model.x() - reference.x()).lpNorm<Eigen::Infinity>() < kClose_m);
   CHECK(f.snapshot->lambda == lambda);
   CHECK(f.snapshot->sequence == 31);
+}
+
+TEST_CASE(
+    "Of the efforts that bring the tip to a target the QP of a snapshot takes those of the least energy",
+    "[law]") {
+  Finger f;
+  REQUIRE(f.model.settle(Eigen::Vector2d(1e-3, 0.5e-3)));
+  REQUIRE(f.model.refresh(f.nothing, 0, *f.snapshot));
+  const rt::Snapshot& s = *f.snapshot;
+  const double target = GENERATE(-2e-3, 3e-3);  // m, from where the tip is without efforts
+  const qp::Vector g = -s.D_W_ea.transpose() * rt::EffectorVector::Constant(1, target);
+  const qp::Vector far = qp::Vector::Constant(2, 1e3);
+  qp::Solver solver;
+  const qp::Solution& found = solver.solve(s.problem, g, {-far, far, -far, far}, qp::Vector::Zero(2), 32);
+  REQUIRE(found.status == qp::Status::kOptimal);
+  // W_aa λ = W_eaᵀ ν at the least ½ λᵀ W_aa λ subject to W_ea λ = target.
+  const Eigen::VectorXd per_nu = s.W_aa.llt().solve(s.W_ea.transpose());
+  const Eigen::VectorXd least = per_nu * (target / s.W_ea.row(0).dot(per_nu));
+  CAPTURE(found.x.transpose(), least.transpose());
+  CHECK((found.x - least).norm() < 1e-5 * least.norm());
 }
 
 TEST_CASE("A refresh that fails keeps the last good pose and says so, and good efforts serve again",
