@@ -8,6 +8,7 @@
 #include "app/body.h"
 #include "app/bus_check.h"
 #include "app/model_refresher.h"
+#include "app/qp_budget.h"
 #include "app/waypoint_check.h"
 #include "fem/mesh_quality.h"
 #include "rt/periodic_clock.h"
@@ -191,6 +192,10 @@ int check_robot(const Config& config, bool json) {
   if (refresh_s > 0)
     report.line("model",
                 fmt::format("one refresh takes {:.1f} ms here: {:.0f} Hz", 1e3 * refresh_s, 1 / refresh_s));
+  const QpBudget qp = judge_qp(config, time_iteration(*robot, config));
+  report.json["qp_iteration_us"] = 1e6 * qp.iteration_s;
+  report.json["iteration_cap"] = qp.cap;
+  report.line("QP", qp.text);
   bool good = rests;
   if (config.motion && rests) good = report_waypoints(config, *robot, at_rest, report);
   report.json["advice"] = report.advice;

@@ -127,18 +127,18 @@ struct ActuatorConfig {
 
 /// The two loops: how fast, how long old data serves, and where the effectors may go.
 struct ControlConfig {
-  double rate_hz = 600;             // of the control thread
-  double epsilon = 0;               // of the energy term of the QP, unitless; 0: energy breaks ties alone
-  int iteration_cap = 100;          // of the QP
-  int priority = 80;                // SCHED_FIFO, 1..98: 99 is the kernel's own
-  int cpu = -1;                     // the control thread's; -1: any
-  int model_cpu = -1;               // the model thread's
-  int housekeeping_cpu = -1;        // the main thread's
-  double idle_latency = 0;          // s: a CPU may take so long to wake from idle
-  double snapshot_age_limit = 0.5;  // s
-  double target_age_limit = 0.5;    // s
-  int late_cycles_limit = 20;       // in a row
-  double model_rate_limit_hz = 0;   // 0: as fast as it can
+  double rate_hz = 600;              // of the control thread
+  double epsilon = 0;                // of the energy term of the QP, unitless; 0: energy breaks ties alone
+  std::optional<int> iteration_cap;  // of the QP; none: what the cycle has time for, see qp_budget.h
+  int priority = 80;                 // SCHED_FIFO, 1..98: 99 is the kernel's own
+  int cpu = -1;                      // the control thread's; -1: any
+  int model_cpu = -1;                // the model thread's
+  int housekeeping_cpu = -1;         // the main thread's
+  double idle_latency = 0;           // s: a CPU may take so long to wake from idle
+  double snapshot_age_limit = 0.5;   // s
+  double target_age_limit = 0.5;     // s
+  int late_cycles_limit = 20;        // in a row
+  double model_rate_limit_hz = 0;    // 0: as fast as it can
   fem::Solver model_solver = fem::Solver::kDirect;
   rt::StopAction stop = rt::StopAction::kHold;
   Eigen::Vector3d workspace_min = Eigen::Vector3d::Constant(-1);  // m

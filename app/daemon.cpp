@@ -16,6 +16,7 @@
 #include "app/inverse_statics.h"
 #include "app/model_thread.h"
 #include "app/motion.h"
+#include "app/qp_budget.h"
 #include "app/report_pictures.h"
 #include "app/robot.h"
 #include "app/run_recorder.h"
@@ -195,7 +196,10 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   std::optional<RunRecorder> recorder;
   if (!options.report.empty()) recorder.emplace(config, options.report);
   hal::Cia402Master master(master_config(config));
-  rt::Controller controller(controller_config(config));
+  rt::ControllerConfig limits = controller_config(config);
+  if (!config.control.iteration_cap)
+    limits.iteration_cap = judge_qp(config, time_iteration(*robot, config)).cap;
+  rt::Controller controller(limits);
 
   const auto bus = hal::open_bus(options.bus.empty() ? config.bus.name : options.bus, hal::BusRole::kJoin);
   const size_t m = config.actuators.size();
@@ -239,6 +243,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
                       .tetrahedra = robot->model.mesh().tet_count(),
                       .bus = bus->describe(),
                       .memory_locked = memory_locked,
+                      .iteration_cap = limits.iteration_cap,
                       .model_refreshes = model.refreshes(),
                       .model_seconds = model.active_seconds(),
                       .trace_dropped = channels->trace.dropped(),

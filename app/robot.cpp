@@ -185,7 +185,7 @@ rt::ControllerConfig controller_config(const Config& config) {
     result.workspace_min[r] = config.control.workspace_min[rows[r].axis];
     result.workspace_max[r] = config.control.workspace_max[rows[r].axis];
   }
-  result.iteration_cap = config.control.iteration_cap;
+  result.iteration_cap = config.control.iteration_cap.value_or(useful_iterations(result.actuators));
   result.period_s = 1 / config.control.rate_hz;
   result.snapshot_age_limit_ns = nanoseconds(config.control.snapshot_age_limit);
   result.target_age_limit_ns = nanoseconds(config.control.target_age_limit);

@@ -36,7 +36,11 @@ std::unique_ptr<Robot> build_model(const Config& config);
 /// @throws ConfigError as build_model(), and where the file has no section `plant`
 std::unique_ptr<Robot> build_plant(const Config& config);
 
-/// Limits and rates of the control law. Real-time: no.
+/// Iterations of the QP that suffice nearly always, even where limits conflict, see qp::Solver::solve.
+constexpr int useful_iterations(int actuators) { return 16 * actuators; }
+
+/// Limits and rates of the control law; where the file has no iteration cap, useful_iterations(), whatever
+/// the machine. Real-time: no.
 rt::ControllerConfig controller_config(const Config& config);
 
 /// Axes and rates of the drives' bus. Real-time: no.

@@ -164,7 +164,7 @@ void RunRecorder::finish(const RunFacts& facts, const rt::LoopCounts& counts) {
   summary["tracking_error_mm"] = statistics(tracking_mm_, true);
   summary["model_error_mm"] = statistics(model_mm_, false);
   summary["qp"] = {
-      {"iterations_max", iterations_max_}, {"cap", config_.control.iteration_cap}, {"statuses", statuses_}};
+      {"iterations_max", iterations_max_}, {"cap", facts.iteration_cap}, {"statuses", statuses_}};
   summary["rt"] = {{"policy", counts.scheduling.policy},       {"priority", counts.scheduling.priority},
                    {"memory_locked", facts.memory_locked},     {"heap_calls", counts.heap_calls},
                    {"major_faults", counts.page_faults.major}, {"minor_faults", counts.page_faults.minor}};

@@ -21,6 +21,7 @@ struct RunFacts {
   int nodes = 0, tetrahedra = 0;
   std::string bus;
   bool memory_locked = false;
+  int iteration_cap = 0;  ///< of the QP
   std::uint64_t model_refreshes = 0;
   double model_seconds = 0;         ///< from the first to the last refresh
   std::uint64_t trace_dropped = 0;  ///< records that found the ring full

@@ -28,6 +28,9 @@ void check_shipped(const std::string& robot, int nodes, int actuators, std::size
   CHECK(result.at("bus_load") > 0);
   CHECK(result.at("bus_load") < 1);
   CHECK(result.at("refresh_ms") > 0);
+  CHECK(result.at("qp_iteration_us") > 0);
+  CHECK(result.at("iteration_cap") >= 4 * actuators);
+  CHECK(result.at("iteration_cap") <= 16 * actuators);
   REQUIRE(result.at("waypoints").size() == waypoints);
   for (const nlohmann::json& waypoint : result.at("waypoints")) {
     CHECK(waypoint.at("reached") == true);
@@ -71,7 +74,7 @@ TEST_CASE("A waypoint out of reach fails the check, which names it", "[scenario]
 
 TEST_CASE("A waypoint for which there is no equilibrium fails the check without a figure", "[scenario]") {
   const RobotFile weak(
-      finger({{"iteration_cap: 100", "iteration_cap: 1"},
+      finger({{"priority: 80", "priority: 80\n  iteration_cap: 1"},
               {"tension: 0.1 2 N", "tension: 0.1 200 N"},
               {"stroke: -3 6 mm", "stroke: -3 99 mm"},
               {"waypoints: [5 0 0 mm, -5 0 0 mm]", "waypoints: [90 0 0 mm]"},

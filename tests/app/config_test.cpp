@@ -97,7 +97,7 @@ TEST_CASE("The shipped diamond loads with its exact values in SI", "[unit]") {
 
   CHECK(c.control.rate_hz == 600);
   CHECK(c.control.epsilon == 0);
-  CHECK(c.control.iteration_cap == 100);
+  CHECK_FALSE(c.control.iteration_cap);
   CHECK(c.control.priority == 80);
   CHECK(c.control.cpu == -1);
   CHECK(c.control.snapshot_age_limit == 0.5);

@@ -85,7 +85,8 @@ void check_summary(const nlohmann::json& summary, const std::string& bus) {
   for (const char* key : {"mean", "max"}) CHECK(summary.at("model_error_mm").at(key) >= 0);
   CHECK(summary.at("qp").at("iterations_max") > 0);
   CHECK(summary.at("qp").at("iterations_max") <= summary.at("qp").at("cap"));
-  CHECK(summary.at("qp").at("cap") == 100);
+  CHECK(summary.at("qp").at("cap") >= 8);  // 4 an actuator; how many more the machine decides
+  CHECK(summary.at("qp").at("cap") <= 32);
   CHECK(summary.at("qp").at("statuses").at("optimal") > 0);
   const nlohmann::json& rt = summary.at("rt");
   CHECK(rt.at("policy").is_string());

