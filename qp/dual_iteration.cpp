@@ -10,10 +10,9 @@ namespace {
 using Side = WorkingSet::Side;
 
 constexpr double kFeasibility = 1e-11;  // of a constraint in the loop, relative to the values at the start
-constexpr double kRounding = 4e-16;     // of a sum, relative to the sum of its terms' magnitudes
 constexpr double kAccuracy = 1e-9;      // of a row of a candidate, relative to its terms
-constexpr double kVanishing = 1e-11;    // of a row, relative to what it might be
 constexpr double kCoarse = 1e-7;        // the same, where rounding forbids that
+constexpr double kVanishing = 1e-11;    // of a row, relative to what it might be
 // What a candidate may be off, by Metric::error(), to be taken unmeasured: relative to the largest scaled
 // variable; where no constraint is active, to the largest of γ.
 constexpr double kTrusted = 1e-8;
@@ -274,15 +273,10 @@ DualIteration::Rows DualIteration::judge_rows(const Metric& metric, double settl
   Values off;
   bool fine = true, coarse = true;
   const double rounding = kRounding * all_terms_;
-  // Of a row whose bound is zero, and which vanishes next to what the variables' bounds let it be, all is
-  // what rounding leaves.
-  Values room{}, reach, ignored;
-  for (int j = 0; j < n_; ++j)
-    for (const double bound : {lower_[j], upper_[j]})
-      if (std::isfinite(bound)) room[j] = std::max(room[j], std::abs(bound));
-  if (std::all_of(room.begin(), room.end(), [](double r) { return r == 0; })) room = gamma_;
-  metric.evaluate(room, ignored, reach);
-  const auto vanishes = [&](int k) { return product_[k] == off[k] && size[k] <= kVanishing * reach[k]; };
+  // Of a row whose bound is zero, and which vanishes next to its reach, all is what rounding leaves.
+  const auto vanishes = [&](int k) {
+    return product_[k] == off[k] && size[k] <= kVanishing * reach(metric, k);
+  };
   for (int k = first_row_; k < first_row_ + n_; ++k) off[k] = beyond(product_[k], lower_[k], upper_[k]);
   for (int i = 0; i < working_set_.size(); ++i) {
     const int k = working_set_.constraint(i);
@@ -308,6 +302,21 @@ DualIteration::Rows DualIteration::judge_rows(const Metric& metric, double settl
   worst_ = worst;
   if (fine || (coarse && (stalled || stalls_ >= kStalls))) return Rows::kMet;
   return change <= settled * worst ? Rows::kConflict : Rows::kOff;
+}
+
+/// What the bounds of the variables, or, where all of these are zero or infinite, γ let row k come to.
+double DualIteration::reach(const Metric& metric, int k) const {
+  double by_bounds = 0, by_gamma = 0;
+  bool bounded = false;
+  for (int j = 0; j < n_; ++j) {
+    double room = 0;
+    for (const double bound : {lower_[j], upper_[j]})
+      if (std::isfinite(bound)) room = std::max(room, std::abs(bound));
+    bounded = bounded || room > 0;
+    by_bounds += std::abs(metric.q(j)[k] * room);
+    by_gamma += std::abs(metric.q(j)[k] * gamma_[j]);
+  }
+  return bounded ? by_bounds : by_gamma;
 }
 
 /// Whether the gradient of the Lagrangian vanishes: next to the candidate, or, where rounding forbids that,
@@ -354,9 +363,8 @@ bool DualIteration::least_energy(const Metric& metric) noexcept {
   // multipliers of the latter, and each pass makes the error less by the ratio of energy to objective.
   // [Chiche & Gilbert 2016]
   const Values before = z_before_, product_before = product_before_;
-  Values size;
-  metric.evaluate(z_, product_before_, size);
   z_before_ = z_;
+  product_before_ = product_;  // of two levels, each candidate has been measured
   if (passes_ == 0) gradient_ = gamma_;
   if (passes_ > 0) {
     double change = 0, extent = 0;

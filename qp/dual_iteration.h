@@ -95,6 +95,7 @@ class DualIteration {
   Verdict judge(const Metric& metric, double settled);
   Verdict measure(const Metric& metric, double settled);
   Rows judge_rows(const Metric& metric, double settled, const Values& size, double worth);
+  double reach(const Metric& metric, int k) const;
   bool stationary(const Metric& metric, const Values& size);
   void correct(const Metric& metric);
   void move_start(const Metric& metric, const Values& gamma);

@@ -10,8 +10,7 @@ namespace {
 // Dependent constraints leave pivots of this size, which must stand out from the rounding of G, 1e-16 a term;
 // rows that can be met are first off by this times their multiplier.
 constexpr double kEven = 1e-12;
-constexpr double kByEnergy = 1e-6;   // of the softest row
-constexpr double kRounding = 4e-16;  // of a sum, relative to the sum of its terms' magnitudes
+constexpr double kByEnergy = 1e-6;  // of the softest row
 
 /// Constraint normals in the metric of H⁻¹, one a column: G = MᵀM.
 using Normals = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxVariables, kMaxConstraints>;

@@ -12,6 +12,8 @@ inline constexpr int kMaxConstraints = 2 * kMaxVariables;  // two-sided: one a v
 
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxVariables, 1>;
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxVariables, kMaxVariables>;
+/// Of a sum, relative to the sum of its terms' magnitudes.
+inline constexpr double kRounding = 4e-16;
 /// One number a constraint, in whole strips: see Metric.
 using Values = std::array<double, kMaxConstraints>;
 

@@ -14,8 +14,7 @@ constexpr double kSuspect = 0.5;   // relative change of the violations at which
 constexpr double kSettled = 1e-6;  // at which they are least,
 constexpr double kLeft = 1e-2;     // and at which the rest that rounding leaves is conceded
 constexpr double kNever = -1;
-constexpr double kGrain =
-    1e-12;  // of a row, relative to its terms: what counts as rounding at the last command
+constexpr double kGrain = 1e-12;  // of a row at the last command, relative to its terms: rounding
 
 double clip(double value, double lower, double upper) {
   if (!std::isfinite(value)) value = 0;

@@ -56,8 +56,8 @@ class Solver {
   ///   - kOptimal: each row is met to 1e-9 of (Σ_j |A_kj x_j| + |its bound|), or to 1e-8 of s √(A H⁻¹ A)_kk,
   ///     where s = max_j |x_j| / √H⁻¹_jj is the size of x in the metric of H⁻¹, or to 1e-7 where H is so
   ///     nearly singular that rounding forbids more; so is the gradient, to n 1e-8 of s, or of max_j |g_j|
-  ///     √H⁻¹_jj where rounding forbids more Of a problem of two levels (Ties) x is found by passes; the last
-  ///     changed W_ea x, with H = W_eaᵀW_ea, by at most 1e-7 of itself, or it was the twelfth
+  ///     √H⁻¹_jj where rounding forbids more. Of a problem of two levels (Ties) x is found by passes; the
+  ///     last changed W_ea x, with H = W_eaᵀW_ea, by at most 1e-7 of itself, or it was the twelfth
   ///   - kSoftened: Σ_k v_k² / A_kk over the rows' violations v is least (weighed by energy: v² / A_kk is
   ///     twice the work to push actuator k alone by v); x is optimal for the rows relaxed by v
   ///   - kCapped: no row is violated more than at the clipped `hold`, up to rounding; where that met the
