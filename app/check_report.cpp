@@ -7,6 +7,7 @@
 
 #include "app/body.h"
 #include "app/bus_check.h"
+#include "app/cycle_budget.h"
 #include "app/model_refresher.h"
 #include "app/qp_budget.h"
 #include "app/waypoint_check.h"
@@ -196,6 +197,16 @@ int check_robot(const Config& config, bool json) {
   report.json["qp_iteration_us"] = 1e6 * qp.iteration_s;
   report.json["iteration_cap"] = qp.cap;
   report.line("QP", qp.text);
+  const CycleCost cost = time_cycle(*robot, config);
+  const CycleBudget cycle = judge_cycle(config, cost, qp);
+  report.json["cycle_us"] = {{"read", 1e6 * cost.read_s},
+                             {"decide", 1e6 * cost.solve_s},
+                             {"qp_at_cap", 1e6 * qp.cap * qp.iteration_s},
+                             {"write", 1e6 * cost.write_s},
+                             {"whole", 1e6 * cycle.whole_s},
+                             {"period", 1e6 / config.control.rate_hz}};
+  report.json["cycle_margin"] = cycle.margin;
+  report.line("cycle", cycle.text);
   bool good = rests;
   if (config.motion && rests) good = report_waypoints(config, *robot, at_rest, report);
   report.json["advice"] = report.advice;

@@ -1,7 +1,6 @@
 #include "app/qp_budget.h"
 
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "app/cpu_time.h"
 #include "app/model_refresher.h"
 #include "qp/solver.h"
 
@@ -24,12 +24,6 @@ constexpr double kQuantile = 0.99;
 constexpr int kSamples = 200;
 // An instant on the clock is as long as several iterations of a small problem: so many problems are a sample.
 constexpr int kSolves = 4;
-
-double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 std::unique_ptr<rt::Snapshot> snapshot_at_rest(const Robot& robot, const Config& config) {
   auto snapshot = std::make_unique<rt::Snapshot>();

@@ -39,6 +39,11 @@ struct LoopCounts {
   Scheduling scheduling;
   Histogram wakeup;  ///< from intended to actual wake-up, missed ones included
   Histogram cycle;   ///< from actual wake-up to the end of the work
+
+  /// Share of the deadlines that were met; 1 before the first.
+  double success_rate() const noexcept {
+    return cycles == 0 ? 1 : 1 - static_cast<double>(late_cycles) / static_cast<double>(cycles);
+  }
 };
 
 /// The control loop: reads the bus, lets the controller decide, writes the bus. The only caller of the bus
@@ -58,6 +63,15 @@ class ControlLoop {
   /// Real-time: bounded by the QP's cap and kFramesPerCycle; allocates nothing, takes no lock.
   TraceRecord& cycle(std::int64_t intended_ns, std::int64_t woken_ns, int late_in_a_row) noexcept;
 
+  /// The stages of a cycle, each handed what the one before it returned. Whoever times them calls them one by
+  /// one, as run() does.
+  /// Real-time: as cycle().
+  const hal::Measurement& read(std::int64_t woken_ns) noexcept;
+  const Decision& solve(const hal::Measurement& measurement, std::int64_t intended_ns,
+                        int late_in_a_row) noexcept;
+  TraceRecord& write(const hal::Measurement& measurement, const Decision& decision, std::int64_t intended_ns,
+                     std::int64_t woken_ns) noexcept;
+
   /// Cycles on the clock's grid until the run has stopped, tracing every one.
   /// @param counts  filled by the time it returns
   /// Real-time: the control thread itself.
@@ -66,13 +80,6 @@ class ControlLoop {
  private:
   // More than a bus of 1 Mbit/s can carry in 10 ms; what is left waits for the next cycle.
   static constexpr int kFramesPerCycle = 256;
-
-  // The stages of a cycle, in their order; run() takes the time between them.
-  const hal::Measurement& read(std::int64_t woken_ns) noexcept;
-  const Decision& solve(const hal::Measurement& measurement, std::int64_t intended_ns,
-                        int late_in_a_row) noexcept;
-  TraceRecord& write(const hal::Measurement& measurement, const Decision& decision, std::int64_t intended_ns,
-                     std::int64_t woken_ns) noexcept;
 
   hal::Bus& bus_;
   hal::DriveMaster& drives_;

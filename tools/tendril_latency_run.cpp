@@ -4,16 +4,13 @@
 #include <poll.h>
 #include <pthread.h>
 #include <spdlog/spdlog.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <memory>
-#include <stdexcept>
 #include <thread>
 
 #include "app/channels.h"
@@ -21,6 +18,8 @@
 #include "app/model_thread.h"
 #include "app/motion.h"
 #include "app/plant.h"
+#include "app/private_bus.h"
+#include "app/qp_budget.h"
 #include "app/robot.h"
 #include "app/stop_signal.h"
 #include "hal/cia402_master.h"
@@ -61,34 +60,17 @@ struct Machine {
   std::unique_ptr<rt::IdleLatencyLimit> idle;
 };
 
-/// A folder for the socket of the bus, gone with the object.
-class SocketFolder {
- public:
-  SocketFolder() : path_((std::filesystem::temp_directory_path() / "tendril-latency-XXXXXX").string()) {
-    if (mkdtemp(path_.data()) == nullptr)
-      throw std::runtime_error("cannot make " + path_ + ": set TMPDIR to a folder that can be written");
-  }
-  ~SocketFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  std::string bus() const { return "local:" + path_ + "/bus"; }
-
- private:
-  std::string path_;
-};
-
 /// The simulated drives, in a thread below the controller's as in tendril-plant.
 class DriveBench {
  public:
   DriveBench(const app::Config& config, const LatencyOptions& options)
       : drives_(config),
-        bus_(hal::open_bus(folder_.bus(), hal::BusRole::kHost)),
+        bus_(hal::open_bus(medium_.name(), hal::BusRole::kHost)),
         thread_({"drives", std::max(1, options.priority / 2), options.others_cpu}, rt::RtRights::kIgnore,
                 [this] { serve(); }) {}
   ~DriveBench() { quit_ = true; }  // the thread is joined next
 
-  std::string bus() const { return folder_.bus(); }
+  std::string bus() const { return medium_.name(); }
 
  private:
   void serve() noexcept {
@@ -99,7 +81,7 @@ class DriveBench {
     }
   }
 
-  SocketFolder folder_;
+  app::PrivateBus medium_;
   app::PlantDrives drives_;
   std::unique_ptr<hal::Bus> bus_;
   std::atomic<bool> quit_{false};
@@ -196,6 +178,8 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   LatencyFacts facts;
   const auto robot = app::build_model(config);
   const rt::EffectorVector rest = app::rest_of_effectors(*robot);
+  if (!config.control.iteration_cap)
+    config.control.iteration_cap = app::judge_qp(config, app::time_iteration(*robot, config)).cap;
   const Machine machine(options, config.control.idle_latency);
   facts.memory_locked = machine.memory_locked;
 

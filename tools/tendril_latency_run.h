@@ -17,7 +17,7 @@ struct LatencyOptions {
   double duration_s = 0;        ///< of measuring; 0: until a signal
   int priority = 0;             ///< SCHED_FIFO, of the thread that is measured
   int cpu = -1;                 ///< of that thread; -1: any
-  int others_cpu = -1;          ///< of all other threads: model, drives, main; -1: any
+  int others_cpu = -1;          ///< of all other threads: model, drives, main, load; -1: any
   double model_rate_limit = 0;  ///< Hz; 0: as fast as it can
   bool allow_non_rt = false;
 };

@@ -31,6 +31,8 @@ void check_shipped(const std::string& robot, int nodes, int actuators, std::size
   CHECK(result.at("qp_iteration_us") > 0);
   CHECK(result.at("iteration_cap") >= 4 * actuators);
   CHECK(result.at("iteration_cap") <= 16 * actuators);
+  CHECK(result.at("cycle_us").at("whole") < result.at("cycle_us").at("period"));
+  CHECK(result.at("cycle_margin") > 0);
   REQUIRE(result.at("waypoints").size() == waypoints);
   for (const nlohmann::json& waypoint : result.at("waypoints")) {
     CHECK(waypoint.at("reached") == true);
