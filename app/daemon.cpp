@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -89,7 +90,10 @@ class Housekeeping {
     if (stop_signalled() || time_is_up) channels_.requests.stop = true;
     drain();
     service_.feed_watchdog(now_ns, cycles_);
-    if (now_ns - told_ns_ >= kProgress_ns) tell_status(now_ns);
+    if (now_ns - told_ns_ >= kProgress_ns) {
+      tell_status(now_ns);
+      tell_stalls();
+    }
     if (now_ns >= next_progress_ns_) show_progress(now_ns);
   }
 
@@ -99,6 +103,8 @@ class Housekeeping {
     while (channels_.trace.pop(record)) {
       if (record.phase != last_.phase) announce(record);
       if (record.faults.bits() != last_.faults.bits()) tell_faults(record.faults, record.intended_ns);
+      if (record.page_faults != last_.page_faults || record.heap_calls != last_.heap_calls)
+        stalls_untold_ = true;
       ++cycles_;
       late_ += record.missed;
       if (recorder_) recorder_->add(record, motion_ ? &*motion_ : nullptr);
@@ -126,6 +132,12 @@ class Housekeeping {
     if (record.phase >= rt::Phase::kStopping && last_.phase < rt::Phase::kStopping) service_.stopping();
   }
 
+  /// Of all deadlines so far.
+  double on_time_percent() const {
+    const std::int64_t deadlines = std::max<std::int64_t>(cycles_ + late_, 1);
+    return 100 * (1 - static_cast<double>(late_) / static_cast<double>(deadlines));
+  }
+
   /// Rates are those since the last status: what stands still shows.
   void tell_status(std::int64_t now_ns) {
     const double elapsed_s = 1e-9 * static_cast<double>(now_ns - told_ns_);
@@ -135,7 +147,7 @@ class Housekeeping {
             ? "the control thread stands still"
             : fmt::format("{}, {:.0f} of {:g} Hz", rt::name(last_.phase),
                           static_cast<double>(cycles_ - told_cycles_) / elapsed_s, config_.control.rate_hz);
-    line += fmt::format(", late {}, model {:.0f} Hz", late_,
+    line += fmt::format(", late {}, on time {:.3f} %, model {:.0f} Hz", late_, on_time_percent(),
                         static_cast<double>(refreshes - told_refreshes_) / elapsed_s);
     for (const rt::FaultRule& rule : rt::kFaultTable)
       if (last_.faults.has(rule.fault)) line += fmt::format("; {}", rule.words);
@@ -143,6 +155,14 @@ class Housekeeping {
     told_ns_ = now_ns;
     told_cycles_ = cycles_;
     told_refreshes_ = refreshes;
+  }
+
+  /// What a real-time thread must not do: each may wait for the kernel's locks or for a disk.
+  void tell_stalls() {
+    if (!stalls_untold_) return;
+    stalls_untold_ = false;
+    spdlog::warn("the control thread has taken {} page faults and made {} heap calls; there should be none",
+                 last_.page_faults, last_.heap_calls);
   }
 
   void show_progress(std::int64_t now_ns) {
@@ -172,6 +192,7 @@ class Housekeeping {
   rt::TraceRecord last_;
   std::int64_t running_since_ns_ = 0, next_progress_ns_ = 0, next_tale_ns_ = 0;
   std::int64_t cycles_ = 0, late_ = 0;
+  bool stalls_untold_ = false;  // a page fault or heap call that nobody has been told of
   std::int64_t told_ns_ = rt::now_ns(), told_cycles_ = 0;  // with the last status
   std::uint64_t told_refreshes_ = 0;
 };
@@ -236,8 +257,9 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
     service.status("stopped: " + reason);
     spdlog::error("stopped: {}", reason);
   }
-  spdlog::info("drives disabled; {} cycles, {} late; {} model refreshes, {} failed", counts->cycles,
-               counts->late_cycles, model.refreshes(), model.failures());
+  spdlog::info("drives disabled; {} cycles, {} late, {:.3f} % on time; {} model refreshes, {} failed",
+               counts->cycles, counts->late_cycles, 100 * counts->success_rate(), model.refreshes(),
+               model.failures());
   if (recorder) {
     recorder->finish({.nodes = robot->model.mesh().node_count(),
                       .tetrahedra = robot->model.mesh().tet_count(),

@@ -158,6 +158,7 @@ void RunRecorder::finish(const RunFacts& facts, const rt::LoopCounts& counts) {
   summary["duration_s"] = 1e-9 * static_cast<double>(running_until_ns_ - running_since_ns_);
   summary["cycles"] = counts.cycles;
   summary["late_cycles"] = counts.late_cycles;
+  summary["success_rate"] = counts.success_rate();
   summary["model_refreshes"] = facts.model_refreshes;
   summary["model_rate_hz"] =
       facts.model_seconds > 0 ? static_cast<double>(facts.model_refreshes) / facts.model_seconds : 0.0;

@@ -109,6 +109,8 @@ void ControlLoop::run(PeriodicClock& clock, TraceRing& trace, LoopCounts& counts
     record.read_ns = read_ns - woken_ns;
     record.solve_ns = solved_ns - read_ns;
     record.cycle_ns = ended_ns - woken_ns;
+    record.heap_calls = heap.calls();
+    record.page_faults = page_faults.faults().total();
     counts.wakeup.record(record.wakeup_ns);
     counts.cycle.record(record.cycle_ns);
     counts.cycles += 1 + record.missed;

@@ -8,6 +8,8 @@ namespace tendril::rt {
 struct PageFaults {
   std::int64_t minor = 0;  // the page was in memory and only had to be mapped: microseconds
   std::int64_t major = 0;  // the page had to be read from a disk: milliseconds
+
+  std::int64_t total() const noexcept { return minor + major; }
 };
 
 /// Counts the page faults of the thread that made it, from then on.

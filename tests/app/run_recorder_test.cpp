@@ -211,6 +211,7 @@ TEST_CASE("The summary names the reason of a stop, then every fault with its cyc
   CHECK(summary.at("duration_s").get<double>() == Approx(0.09));
   CHECK(summary.at("cycles") == 12);
   CHECK(summary.at("late_cycles") == 2);
+  CHECK(summary.at("success_rate").get<double>() == Approx(10.0 / 12));
   CHECK(summary.at("model_rate_hz") == 60.0);
 }
 

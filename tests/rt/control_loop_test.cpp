@@ -16,6 +16,8 @@ namespace {
 
 using testing::kMillisecond;
 
+constexpr int kWastedPages = 1000;
+
 /// Drives that are known and enabled as soon as they are asked, and that answer with what they were told.
 class ObedientDrives final : public hal::DriveMaster {
  public:
@@ -33,14 +35,21 @@ class ObedientDrives final : public hal::DriveMaster {
     measurement_.all_disabled = measurement_.finished = !command.enable;
     if (command.enable) measurement_.position = command.position;
     if (++commands_ == 100) std::this_thread::sleep_for(stall);
+    if (commands_ == waste_at) waste();
   }
   std::string describe(const hal::DriveFault&) const override { return {}; }
 
   int received = 0;
   std::chrono::milliseconds stall{0};  ///< how long the hundredth command takes
+  int waste_at = 0;                    ///< the command that makes heap calls and page faults; 0: none
 
  private:
+  void waste() {
+    wasted_.assign(kWastedPages * 4096, 'x');  // beyond what malloc keeps: pages that nobody has touched
+  }
+
   int commands_ = 0;
+  std::vector<char> wasted_;
   hal::Measurement measurement_;
 };
 
@@ -144,11 +153,38 @@ TEST_CASE("The loop on the clock counts every deadline, traces every cycle and m
   CHECK(missed >= 4);
   CHECK(counts->late_cycles == missed);
   CHECK(counts->cycles == static_cast<std::int64_t>(records.size()) + missed);
+  CHECK(counts->success_rate() ==
+        Approx(1 - static_cast<double>(missed) / static_cast<double>(counts->cycles)));
   CHECK(counts->wakeup.count() >= counts->cycles);
   if (HeapGuard::available())
     CHECK(counts->heap_calls == 0);
   else
     CHECK(counts->heap_calls == -1);
+}
+
+TEST_CASE("Heap calls and page faults of the loop show in the cycle that made them", "[rt]") {
+  const auto rig = std::make_unique<Loop>();
+  const auto counts = std::make_unique<LoopCounts>();
+  rig->drives.waste_at = 50;
+  rig->publish(now_ns(), 0.005);
+  PeriodicClock clock(1000);
+  std::thread control([&] { rig->loop.run(clock, rig->trace, *counts, rig->progress); });
+  TraceRecord record;
+  std::vector<TraceRecord> records;
+  while (records.size() < 100) {
+    while (rig->trace.pop(record)) records.push_back(record);
+    std::this_thread::yield();
+  }
+  rig->requests.stop = true;
+  control.join();
+  REQUIRE(rig->trace.dropped() == 0);
+  if (HeapGuard::available()) {
+    CHECK(records[48].heap_calls == 0);
+    CHECK(records[49].heap_calls >= 1);
+    CHECK(records[99].heap_calls == records[49].heap_calls);
+  }
+  CHECK(records[49].page_faults - records[48].page_faults >= kWastedPages);
+  CHECK(counts->page_faults.total() >= records.back().page_faults);
 }
 
 TEST_CASE("The loop ends when asked, even where nobody reads the trace", "[rt]") {
