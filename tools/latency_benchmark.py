@@ -52,9 +52,9 @@ def cyclictest(arguments):
     return with_missed(+latencies, period_us)
 
 
-def tendril_latency(arguments, *what):
-    place = ["--cpu", arguments.cpu] if arguments.cpu is not None else []
-    place += ["--others-cpu", arguments.others_cpu] if arguments.others_cpu is not None else []
+def tendril_latency(arguments, *what, cpu=None, others_cpu=None):
+    place = [] if cpu is None else ["--cpu", cpu]
+    place += [] if others_cpu is None else ["--others-cpu", others_cpu]
     found = json.loads(run(arguments.program, *what, "--rate", arguments.rate, "--duration", arguments.seconds,
                            "--priority", arguments.priority, *place, "--json"))
     stages = {}
@@ -75,26 +75,56 @@ def rank(latencies, share):
     return 0
 
 
-def main():
-    parser = argparse.ArgumentParser(prog="bench latency")
-    parser.add_argument("--program", required=True)
-    parser.add_argument("--robot", required=True)
-    parser.add_argument("--rate", type=float, default=1000)
-    parser.add_argument("--priority", type=int, default=80)
-    parser.add_argument("--cpu", type=int)
-    parser.add_argument("--others-cpu", type=int)
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--seconds", type=float, default=10)
-    parser.add_argument("--json", action="store_true")
-    arguments = parser.parse_args()
+# What may get in the way of the control thread, from nearly nothing on.
+NEIGHBOURS = {
+    "model at 5 Hz": ["--model-rate", 5],
+    "model as fast as it can": [],
+    "... and memory unmapped": ["--load", "unmap"],
+    "... and memory traffic": ["--load", "memory"],
+}
 
+
+def measure_isolation(arguments):
+    """What the model thread and its like do to the control thread, from another CPU and on its own."""
+    others = 0 if arguments.others_cpu is None else arguments.others_cpu
+    own = 1 - min(others, 1) if arguments.cpu is None else arguments.cpu
+    runs = [(cpu, name) for cpu in (own, others) for name in NEIGHBOURS]
+    pooled = {run: {stage: Counter() for stage in ("wakeup", "whole")} for run in runs}
+    late, model_hz = Counter(), Counter()
+    for turn in range(arguments.rounds):
+        print(f"round {turn + 1} of {arguments.rounds}, {len(runs) * arguments.seconds:g} s", file=sys.stderr, flush=True)
+        for cpu, name in runs:
+            found, stages = tendril_latency(arguments, arguments.robot, *NEIGHBOURS[name], cpu=cpu, others_cpu=others)
+            for stage, latencies in pooled[cpu, name].items():
+                latencies += stages[stage]
+            late[cpu, name] += found["late"]
+            model_hz[cpu, name] += found["model_rate_hz"] / arguments.rounds
+
+    print(f"{'us':<28}{'wake-up 50 %':>13}{'99 %':>6}{'99.9 %':>8}{'whole 50 %':>12}{'99 %':>6}{'99.9 %':>8}{'late':>6}"
+          f"{'cycles':>8}{'model':>9}")
+    rows = []
+    for cpu, name in runs:
+        if name == next(iter(NEIGHBOURS)):
+            print("control thread on a CPU of its own" if cpu == own else "control thread on the model's CPU")
+        wakeup, whole = ([rank(latencies, share) for share in (0.5, 0.99, SHARE)]
+                         for latencies in pooled[cpu, name].values())
+        cycles = pooled[cpu, name]["whole"].total()
+        print(f"  {name:<26}{wakeup[0]:>13}{wakeup[1]:>6}{wakeup[2]:>8}{whole[0]:>12}{whole[1]:>6}{whole[2]:>8}"
+              f"{late[cpu, name]:>6}{cycles:>8}{model_hz[cpu, name]:>6.0f} Hz")
+        rows.append({"own_cpu": cpu == own, "neighbour": name, "wakeup_us": wakeup, "whole_us": whole,
+                     "late": late[cpu, name], "cycles": cycles, "model_hz": model_hz[cpu, name]})
+    return {"percentiles": [50, 99, 100 * SHARE], "runs": rows}
+
+
+def measure_against_cyclictest(arguments):
     anchor, timer, wakeup, whole = Counter(), Counter(), Counter(), Counter()
     late = cycles = 0
+    place = {"cpu": arguments.cpu, "others_cpu": arguments.others_cpu}
     for turn in range(arguments.rounds):
         print(f"round {turn + 1} of {arguments.rounds}, {3 * arguments.seconds:g} s", file=sys.stderr, flush=True)
         anchor += cyclictest(arguments)
-        timer += tendril_latency(arguments, "--timer")[1]["wakeup"]
-        found, stages = tendril_latency(arguments, arguments.robot)
+        timer += tendril_latency(arguments, "--timer", **place)[1]["wakeup"]
+        found, stages = tendril_latency(arguments, arguments.robot, **place)
         wakeup += stages["wakeup"]
         whole += stages["whole"]
         late += found["late"]
@@ -111,6 +141,23 @@ def main():
         "cycle_beyond_wakeup_p999_us": rank(whole, SHARE) - rank(wakeup, SHARE), "late": late, "cycles": cycles}
     print(f"99.9 %: timer / cyclictest {result['ratio']:.2f}; the whole cycle {result['cycle_beyond_wakeup_p999_us']} us "
           f"beyond its wake-up; {late} of {cycles} cycles late")
+    return result
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="bench latency")
+    parser.add_argument("--program", required=True)
+    parser.add_argument("--robot", required=True)
+    parser.add_argument("--rate", type=float, default=1000)
+    parser.add_argument("--priority", type=int, default=80)
+    parser.add_argument("--cpu", type=int)
+    parser.add_argument("--others-cpu", type=int)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--seconds", type=float, default=10)
+    parser.add_argument("--isolation", action="store_true")
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+    result = measure_isolation(arguments) if arguments.isolation else measure_against_cyclictest(arguments)
     if arguments.json:
         print(json.dumps(result))
     return 0

@@ -152,7 +152,7 @@ int measure(Arguments arguments) {
   };
   LatencyFacts facts;
   {
-    LatencyLoad load(arguments.loads);
+    LatencyLoad load(arguments.loads, arguments.run.others_cpu);
     facts = arguments.timer ? run_timer(arguments.run, *stages, tell)
                             : run_robot(config, arguments.run, *stages, tell);
     if (!load.alive())
@@ -199,13 +199,13 @@ int main(int argc, char** argv) {
   cli.add_option("--cpu", arguments.cpu, "the only CPU of the thread that is measured")
       ->check(CLI::NonNegativeNumber);
   cli.add_option("--others-cpu", arguments.others_cpu,
-                 "the only CPU of all other threads: model, drives, main")
+                 "the only CPU of all other threads: model, drives, main, load")
       ->check(CLI::NonNegativeNumber);
   cli.add_option("--model-rate", arguments.model_rate, "Hz, at most; 0: as fast as the model can")
       ->check(CLI::NonNegativeNumber);
-  cli.add_option(
-         "--load", arguments.loads,
-         "work beside it, made by stress-ng: " + fmt::format("{}", fmt::join(tools::load_names(), ", ")))
+  cli.add_option("--load", arguments.loads,
+                 "work beside it, unmap in this process, the others by stress-ng: " +
+                     fmt::format("{}", fmt::join(tools::load_names(), ", ")))
       ->allow_extra_args(false)  // CONFIG may follow
       ->delimiter(',')
       ->check(CLI::IsMember(tools::load_names()));

@@ -1,21 +1,29 @@
 #include "tools/tendril_latency_load.h"
 
+#include <pthread.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <map>
 #include <stdexcept>
 
+#include "rt/thread.h"
+
 extern char** environ;
 
 namespace tendril::tools {
 namespace {
 
-// 0 workers: as many as there are CPUs.
+constexpr const char* kUnmap = "unmap";
+constexpr std::size_t kMapped = 1 << 20, kPage = 4096;
+
+// stress-ng's; 0 workers: as many as there are CPUs.
 const std::map<std::string, std::vector<std::string>> kLoads{
     {"cpu", {"--cpu", "0"}},
     {"memory", {"--vm", "0", "--vm-bytes", "256M"}},
@@ -23,18 +31,43 @@ const std::map<std::string, std::vector<std::string>> kLoads{
     {"faults", {"--fault", "0"}},
 };
 
+void unmap_until(std::stop_token quit) {
+  while (!quit.stop_requested()) {
+    void* memory = mmap(nullptr, kMapped, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) continue;
+    for (std::size_t at = 0; at < kMapped; at += kPage) static_cast<volatile char*>(memory)[at] = 1;
+    munmap(memory, kMapped);
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> load_names() {
-  std::vector<std::string> names;
+  std::vector<std::string> names{kUnmap};
   for (const auto& [name, arguments] : kLoads) names.push_back(name);
   return names;
 }
 
-LatencyLoad::LatencyLoad(const std::vector<std::string>& names) {
-  if (names.empty()) return;
+LatencyLoad::LatencyLoad(std::vector<std::string> names, int cpu) {
+  if (const auto unmap = std::find(names.begin(), names.end(), kUnmap); unmap != names.end()) {
+    names.erase(unmap);
+    unmapper_ = std::jthread(unmap_until);
+    rt::keep_to_cpu(unmapper_.native_handle(), "load", cpu);
+  }
+  if (!names.empty()) start_stress(names, cpu);
+}
+
+LatencyLoad::~LatencyLoad() {
+  if (child_ < 0) return;
+  kill(-child_, SIGTERM);
+  while (waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
+  }
+}
+
+void LatencyLoad::start_stress(const std::vector<std::string>& names, int cpu) {
   std::vector<std::string> words{"stress-ng", "--quiet", "--temp-path",
                                  std::filesystem::temp_directory_path().string()};
+  if (cpu >= 0) words.insert(words.end(), {"--taskset", std::to_string(cpu)});
   for (const std::string& name : names)
     words.insert(words.end(), kLoads.at(name).begin(), kLoads.at(name).end());
   std::vector<char*> arguments;
@@ -49,13 +82,6 @@ LatencyLoad::LatencyLoad(const std::vector<std::string>& names) {
   if (error != 0)
     throw std::runtime_error(std::string("no load: stress-ng: ") + std::strerror(error) +
                              "; install the package stress-ng");
-}
-
-LatencyLoad::~LatencyLoad() {
-  if (child_ < 0) return;
-  kill(-child_, SIGTERM);
-  while (waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
-  }
 }
 
 bool LatencyLoad::alive() {

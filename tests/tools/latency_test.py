@@ -4,6 +4,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -80,6 +81,17 @@ class LatencyTest(unittest.TestCase):
             counted = sum(count for _, _, count in found["stages"][stage]["buckets"])
             self.assertEqual(counted, found["cycles"] - found["late"])
         self.assertRegex(found["scheduling"], r"^SCHED_(FIFO 80|OTHER 0)$")
+
+    def test_every_load_is_there_while_it_measures(self):
+        known = re.search(r"--load TEXT:\{([a-z,]+)\}", run("--help")[1])[1].split(",")
+        self.assertIn("unmap", known)
+        for load in known:
+            with self.subTest(load=load):
+                if load != "unmap" and shutil.which("stress-ng") is None:
+                    self.skipTest("stress-ng is missing")
+                code, out, err = run("--timer", "--duration", 0.3, "--load", load, "--json")
+                self.assertEqual(code, 0, err)
+                self.assertEqual(json.loads(out)["load"], [load])
 
     def test_a_limit_that_is_broken_gives_exit_code_1_and_one_that_is_met_does_not(self):
         code, out, err = run("--timer", "--duration", 0.2, "--limit", "wakeup:99.9:0")
