@@ -37,11 +37,11 @@ void PlantDrives::serve(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns)
   for (int k = 0; k < kFramesPerCall && bus.receive(frame); ++k) {
     answers_.clear();
     for (auto& drive : drives_) drive.receive(frame, now_ns, answers_);
-    for (const hal::Frame& answer : answers_) bus.send(answer);
+    bus.send(answers_);
   }
   answers_.clear();
   for (auto& drive : drives_) drive.advance(now_ns, answers_);
-  for (const hal::Frame& answer : answers_) bus.send(answer);
+  bus.send(answers_);
   show(bus, tip, now_ns);
 }
 

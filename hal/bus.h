@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -33,13 +34,18 @@ class Bus {
  public:
   virtual ~Bus() = default;
 
-  /// Puts a frame on the bus without waiting.
-  /// Real-time: yes (at most one system call for each peer, never blocks, no allocation).
-  virtual SendResult send(const Frame& frame) noexcept = 0;
+  /// Puts frames on the bus in their order, without waiting. Where one finds no room, it and all after it are
+  /// dropped: a SYNC never goes out without the targets before it.
+  /// @return kSent where all were handed over, also where there were none
+  /// Real-time: yes (one system call for each peer where nothing is in the way, never blocks, no allocation).
+  virtual SendResult send(std::span<const Frame> frames) noexcept = 0;
+  SendResult send(const Frame& frame) noexcept { return send(std::span(&frame, 1)); }
 
-  /// Takes the oldest frame that has arrived. @return false where there is none
-  /// Real-time: yes (never blocks, no allocation). Callers bound how many they take in a cycle.
-  virtual bool receive(Frame& frame) noexcept = 0;
+  /// Takes the oldest frames that have arrived.
+  /// @return how many were written to the front of `frames`; fewer than fit only where no more had arrived
+  /// Real-time: yes (bounded by the room in `frames`, never blocks, no allocation).
+  virtual int receive(std::span<Frame> frames) noexcept = 0;
+  bool receive(Frame& frame) noexcept { return receive(std::span(&frame, 1)) == 1; }
 
   /// State of the bus as far as the calls of `send` and `receive` have shown it: a caller that makes neither
   /// learns nothing new.

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <sys/un.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -12,61 +13,109 @@
 #include "hal/bus_backends.h"
 #include "hal/can_wire.h"
 
-// A bus on a UNIX socket of packets, each one struct can_frame. The host, which is the robot, hands every
-// frame of a joiner to all others, so that everyone hears everyone as on a wire.
+// A bus on a UNIX socket of packets, each with the frames of one call of `send`: the peer is woken once for
+// all of them. The host, which is the robot, hands every packet of a joiner to all others, so that everyone
+// hears everyone as on a wire.
 
 namespace tendril::hal {
 namespace {
 
 constexpr int kMaxJoiners = 32;
+constexpr int kFramesPerPacket = 128;  // a FrameBatch fits
 constexpr auto kRetry = std::chrono::milliseconds(20);
+
+/// Frames that travel together, each as the kernel's struct can_frame.
+struct Packet {
+  std::array<can_frame, kFramesPerPacket> frames;
+  int count = 0;
+};
 
 enum class Moved { kYes, kNotNow, kGone };
 
-Moved write_frame(int fd, const can_frame& wire) noexcept {
-  if (::send(fd, &wire, sizeof wire, MSG_DONTWAIT | MSG_NOSIGNAL) == sizeof wire) return Moved::kYes;
+Moved write_packet(int fd, const Packet& packet) noexcept {
+  const size_t size = packet.count * sizeof(can_frame);
+  if (::send(fd, packet.frames.data(), size, MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(size))
+    return Moved::kYes;
   return errno == EAGAIN || errno == ENOBUFS || errno == EINTR ? Moved::kNotNow : Moved::kGone;
 }
 
-/// A packet of another size, or one that is no data frame, is no peer of ours.
-Moved read_frame(int fd, can_frame& wire) noexcept {
-  const ssize_t size = ::recv(fd, &wire, sizeof wire, MSG_DONTWAIT | MSG_TRUNC);
+/// A packet of another size, or one with anything but data frames, is from no peer of ours.
+Moved read_packet(int fd, Packet& packet) noexcept {
+  const ssize_t size = ::recv(fd, packet.frames.data(), sizeof packet.frames, MSG_DONTWAIT | MSG_TRUNC);
   if (size < 0) return errno == EAGAIN || errno == EINTR ? Moved::kNotNow : Moved::kGone;
-  return size == sizeof wire && !(wire.can_id & (CAN_ERR_FLAG | CAN_RTR_FLAG)) ? Moved::kYes : Moved::kGone;
+  if (size == 0 || size > static_cast<ssize_t>(sizeof packet.frames) || size % sizeof(can_frame) != 0)
+    return Moved::kGone;
+  const int count = static_cast<int>(size / sizeof(can_frame));
+  for (int i = 0; i < count; ++i)
+    if (packet.frames[i].can_id & (CAN_ERR_FLAG | CAN_RTR_FLAG)) return Moved::kGone;
+  packet.count = count;
+  return Moved::kYes;
 }
+
+/// Splits frames into packets and moves each with `move` until one cannot be moved.
+/// @return how many frames were moved
+template <typename Move>
+int move_in_packets(std::span<const Frame> frames, Move move) noexcept {
+  int moved = 0;
+  while (!frames.empty()) {
+    Packet packet;
+    packet.count = static_cast<int>(std::min<size_t>(frames.size(), kFramesPerPacket));
+    std::transform(frames.begin(), frames.begin() + packet.count, packet.frames.begin(), to_wire);
+    if (!move(packet)) break;
+    moved += packet.count;
+    frames = frames.subspan(packet.count);
+  }
+  return moved;
+}
+
+/// The packet that is being taken apart.
+class Inbox {
+ public:
+  bool empty() const noexcept { return next_ == packet_.count; }
+  Frame take() noexcept { return from_wire(packet_.frames[next_++]); }
+  /// The next packet of a peer takes the place of this one, which is empty.
+  Moved fill(int fd) noexcept {
+    const Moved moved = read_packet(fd, packet_);
+    if (moved == Moved::kYes) next_ = 0;
+    return moved;
+  }
+  const Packet& packet() const noexcept { return packet_; }
+
+ private:
+  Packet packet_;
+  int next_ = 0;
+};
 
 class LocalJoiner final : public Bus {
  public:
   LocalJoiner(Descriptor socket, std::string path) : socket_(std::move(socket)), path_(std::move(path)) {}
 
-  SendResult send(const Frame& frame) noexcept override {
+  SendResult send(std::span<const Frame> frames) noexcept override {
     if (gone_) return SendResult::kDown;
-    switch (write_frame(socket_.get(), to_wire(frame))) {
-      case Moved::kYes:
-        return SendResult::kSent;
-      case Moved::kNotNow:
-        ++dropped_;
-        return SendResult::kQueueFull;
-      case Moved::kGone:
-        gone_ = true;
-        break;
-    }
-    return SendResult::kDown;
+    Moved last = Moved::kYes;
+    const int sent = move_in_packets(frames, [&](const Packet& packet) {
+      last = write_packet(socket_.get(), packet);
+      return last == Moved::kYes;
+    });
+    if (last == Moved::kYes) return SendResult::kSent;
+    gone_ = last == Moved::kGone;
+    if (gone_) return SendResult::kDown;
+    dropped_ += frames.size() - sent;
+    return SendResult::kQueueFull;
   }
 
-  bool receive(Frame& frame) noexcept override {
-    can_frame wire;
-    switch (read_frame(socket_.get(), wire)) {
-      case Moved::kYes:
-        frame = from_wire(wire);
-        return true;
-      case Moved::kNotNow:
-        return false;
-      case Moved::kGone:
-        gone_ = true;
-        break;
+  int receive(std::span<Frame> frames) noexcept override {
+    int taken = 0;
+    for (Frame& frame : frames) {
+      if (inbox_.empty()) {
+        const Moved moved = inbox_.fill(socket_.get());
+        gone_ = gone_ || moved == Moved::kGone;
+        if (moved != Moved::kYes) break;
+      }
+      frame = inbox_.take();
+      ++taken;
     }
-    return false;
+    return taken;
   }
 
   BusHealth health() const noexcept override { return gone_ ? BusHealth::kDown : BusHealth::kActive; }
@@ -77,6 +126,7 @@ class LocalJoiner final : public Bus {
  private:
   Descriptor socket_;
   std::string path_;
+  Inbox inbox_;
   bool gone_ = false;  // the host does not come back under this socket
   uint64_t dropped_ = 0;
 };
@@ -91,31 +141,22 @@ class LocalHost final : public Bus {
     while (joiners_ > 0) remove(0);
   }
 
-  SendResult send(const Frame& frame) noexcept override {
-    broadcast(to_wire(frame), -1);
+  SendResult send(std::span<const Frame> frames) noexcept override {
+    move_in_packets(frames, [this](const Packet& packet) {
+      broadcast(packet, -1);
+      return true;
+    });
     return SendResult::kSent;  // as on a wire: the sender does not learn who had no room
   }
 
-  bool receive(Frame& frame) noexcept override {
-    accept_one();
-    for (int tried = 0; tried < joiners_;) {
-      next_ = next_ < joiners_ ? next_ : 0;
-      can_frame wire;
-      switch (read_frame(fds_[next_], wire)) {
-        case Moved::kYes:
-          broadcast(wire, fds_[next_]);
-          ++next_;  // the others are heard before this one is heard again
-          frame = from_wire(wire);
-          return true;
-        case Moved::kNotNow:
-          ++next_, ++tried;
-          break;
-        case Moved::kGone:
-          remove(next_);
-          break;
-      }
+  int receive(std::span<Frame> frames) noexcept override {
+    int taken = 0;
+    for (Frame& frame : frames) {
+      if (inbox_.empty() && !fill_inbox()) break;
+      frame = inbox_.take();
+      ++taken;
     }
-    return false;
+    return taken;
   }
 
   BusHealth health() const noexcept override { return BusHealth::kActive; }
@@ -135,10 +176,31 @@ class LocalHost final : public Bus {
       fds_[joiners_++] = fd;
   }
 
+  /// Fetches the packet of the joiner whose turn it is and relays it. @return false where nobody has any
+  bool fill_inbox() noexcept {
+    accept_one();
+    for (int tried = 0; tried < joiners_;) {
+      next_ = next_ < joiners_ ? next_ : 0;
+      switch (inbox_.fill(fds_[next_])) {
+        case Moved::kYes:
+          broadcast(inbox_.packet(), fds_[next_]);
+          ++next_;  // the others are heard before this one is heard again
+          return true;
+        case Moved::kNotNow:
+          ++next_, ++tried;
+          break;
+        case Moved::kGone:
+          remove(next_);
+          break;
+      }
+    }
+    return false;
+  }
+
   /// Who turns out to be gone is removed when it is next read.
-  void broadcast(const can_frame& wire, int except) noexcept {
+  void broadcast(const Packet& packet, int except) noexcept {
     for (int i = 0; i < joiners_; ++i)
-      if (fds_[i] != except && write_frame(fds_[i], wire) == Moved::kNotNow) ++dropped_;
+      if (fds_[i] != except && write_packet(fds_[i], packet) == Moved::kNotNow) dropped_ += packet.count;
   }
 
   void remove(int i) noexcept {
@@ -149,6 +211,7 @@ class LocalHost final : public Bus {
   Descriptor listener_, poller_;
   std::string path_;
   std::array<int, kMaxJoiners> fds_{};
+  Inbox inbox_;
   int joiners_ = 0;
   int next_ = 0;  // whose turn it is
   uint64_t dropped_ = 0;

@@ -4,6 +4,8 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 
@@ -13,42 +15,72 @@
 namespace tendril::hal {
 namespace {
 
+// Messages that one system call moves.
+constexpr int kBatch = 64;
 // Error and remote frames that one call of `receive` skips before it lets the caller go on.
 constexpr int kSkipLimit = 32;
+
+/// What recvmmsg and sendmmsg work on, its parts linked once.
+struct Messages {
+  struct alignas(cmsghdr) Control {
+    char bytes[CMSG_SPACE(sizeof(uint32_t))];
+  };
+
+  Messages() noexcept {
+    for (int i = 0; i < kBatch; ++i) {
+      parts[i] = {&wires[i], sizeof(can_frame)};
+      headers[i].msg_hdr.msg_iov = &parts[i];
+      headers[i].msg_hdr.msg_iovlen = 1;
+    }
+  }
+  Messages(const Messages&) = delete;
+  Messages& operator=(const Messages&) = delete;
+
+  std::array<can_frame, kBatch> wires{};
+  std::array<iovec, kBatch> parts{};
+  std::array<Control, kBatch> controls{};
+  std::array<mmsghdr, kBatch> headers{};
+};
 
 class SocketCan final : public Bus {
  public:
   SocketCan(Descriptor socket, std::string interface)
       : socket_(std::move(socket)), interface_(std::move(interface)) {}
 
-  SendResult send(const Frame& frame) noexcept override {
-    const can_frame wire = to_wire(frame);
-    if (::send(socket_.get(), &wire, sizeof wire, MSG_DONTWAIT) == sizeof wire) {
-      if (health_ == BusHealth::kDown) health_ = BusHealth::kActive;
-      return SendResult::kSent;
+  SendResult send(std::span<const Frame> frames) noexcept override {
+    while (!frames.empty()) {
+      const size_t count = std::min<size_t>(frames.size(), kBatch);
+      std::transform(frames.begin(), frames.begin() + count, outgoing_.wires.begin(), to_wire);
+      size_t sent = 0;
+      while (sent < count) {
+        // It returns at the first frame that fails; the reason is told when that one is tried again.
+        const int moved = ::sendmmsg(socket_.get(), &outgoing_.headers[sent],
+                                     static_cast<unsigned>(count - sent), MSG_DONTWAIT);
+        if (moved <= 0) return refused(frames.size() - sent);
+        sent += moved;
+        if (health_ == BusHealth::kDown) health_ = BusHealth::kActive;
+      }
+      frames = frames.subspan(count);
     }
-    // ENOBUFS: the interface's transmit queue, txqueuelen, is full; EAGAIN: the socket's.
-    if (errno == ENOBUFS || errno == EAGAIN) {
-      ++send_dropped_;
-      return SendResult::kQueueFull;
-    }
-    health_ = BusHealth::kDown;  // ENETDOWN; ENXIO and ENODEV where the interface is gone
-    return SendResult::kDown;
+    return SendResult::kSent;
   }
 
-  bool receive(Frame& frame) noexcept override {
-    for (int skipped = 0; skipped < kSkipLimit; ++skipped) {
-      can_frame wire;
-      if (!read(wire)) return false;
-      if (health_ == BusHealth::kDown) health_ = BusHealth::kActive;
-      if (wire.can_id & CAN_ERR_FLAG) {
-        judge(wire);
-      } else if (!(wire.can_id & CAN_RTR_FLAG)) {
-        frame = from_wire(wire);
-        return true;
+  int receive(std::span<Frame> frames) noexcept override {
+    const int room = static_cast<int>(frames.size());
+    int taken = 0;
+    for (int skipped = 0; taken < room && skipped < kSkipLimit;) {
+      const int wanted = std::min(room - taken, kBatch);
+      const int count = read(wanted);
+      for (int i = 0; i < count; ++i) {
+        const can_frame& wire = incoming_.wires[i];
+        if (take_in(wire))
+          frames[taken++] = from_wire(wire);
+        else
+          ++skipped;
       }
+      if (count < wanted) break;
     }
-    return false;
+    return taken;
   }
 
   BusHealth health() const noexcept override { return health_; }
@@ -57,22 +89,40 @@ class SocketCan final : public Bus {
   std::string describe() const override { return "CAN interface " + interface_; }
 
  private:
-  /// One raw frame, with the kernel's count of those the socket's queue had no room for.
-  bool read(can_frame& wire) noexcept {
-    alignas(cmsghdr) char control[CMSG_SPACE(sizeof(uint32_t))];
-    iovec part{&wire, sizeof wire};
-    msghdr message{};
-    message.msg_iov = &part;
-    message.msg_iovlen = 1;
-    message.msg_control = control;
-    message.msg_controllen = sizeof control;
-    const ssize_t size = ::recvmsg(socket_.get(), &message, MSG_DONTWAIT);
-    if (size < 0 && errno != EAGAIN && errno != EINTR) health_ = BusHealth::kDown;
-    if (size != sizeof wire) return false;
-    const cmsghdr* header = CMSG_FIRSTHDR(&message);
+  /// After sendmmsg has failed: why, and what that means for the frames that are left.
+  SendResult refused(size_t left) noexcept {
+    // ENOBUFS: the interface's transmit queue, txqueuelen, is full; EAGAIN: the socket's.
+    if (errno == ENOBUFS || errno == EAGAIN) {
+      send_dropped_ += left;
+      return SendResult::kQueueFull;
+    }
+    health_ = BusHealth::kDown;  // ENETDOWN; ENXIO and ENODEV where the interface is gone
+    return SendResult::kDown;
+  }
+
+  /// Raw frames into `incoming_`, with the kernel's count of those the socket's queue had no room for.
+  /// @return how many; fewer than wanted where the queue is empty
+  int read(int wanted) noexcept {
+    for (int i = 0; i < wanted; ++i) {
+      incoming_.headers[i].msg_hdr.msg_control = &incoming_.controls[i];
+      incoming_.headers[i].msg_hdr.msg_controllen = sizeof incoming_.controls[i];
+    }
+    const int count =
+        ::recvmmsg(socket_.get(), incoming_.headers.data(), static_cast<unsigned>(wanted), MSG_DONTWAIT, nullptr);
+    if (count < 0 && errno != EAGAIN && errno != EINTR) health_ = BusHealth::kDown;
+    if (count <= 0) return 0;
+    if (health_ == BusHealth::kDown) health_ = BusHealth::kActive;
+    msghdr& last = incoming_.headers[count - 1].msg_hdr;
+    const cmsghdr* header = CMSG_FIRSTHDR(&last);
     if (header != nullptr && header->cmsg_type == SO_RXQ_OVFL)
       std::memcpy(&receive_dropped_, CMSG_DATA(header), sizeof receive_dropped_);
-    return true;
+    return count;
+  }
+
+  /// @return whether it is a data frame
+  bool take_in(const can_frame& wire) noexcept {
+    if (wire.can_id & CAN_ERR_FLAG) judge(wire);
+    return !(wire.can_id & (CAN_ERR_FLAG | CAN_RTR_FLAG));
   }
 
   /// What an error frame says of the controller [linux/can/error.h].
@@ -90,6 +140,7 @@ class SocketCan final : public Bus {
 
   Descriptor socket_;
   std::string interface_;
+  Messages incoming_, outgoing_;
   BusHealth health_ = BusHealth::kActive;
   uint64_t send_dropped_ = 0;
   uint32_t receive_dropped_ = 0;

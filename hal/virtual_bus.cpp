@@ -11,18 +11,23 @@ bool VirtualEndpoint::connected() const noexcept {
   return plugged_ && health_ != BusHealth::kOff && health_ != BusHealth::kDown;
 }
 
-SendResult VirtualEndpoint::send(const Frame& frame) noexcept {
+SendResult VirtualEndpoint::send(std::span<const Frame> frames) noexcept {
   if (health_ == BusHealth::kOff || health_ == BusHealth::kDown) return SendResult::kDown;
-  if (plugged_) medium_.broadcast(*this, frame);
+  if (plugged_)
+    for (const Frame& frame : frames) medium_.broadcast(*this, frame);
   return SendResult::kSent;
 }
 
-bool VirtualEndpoint::receive(Frame& frame) noexcept {
-  if (size_ == 0 || queue_[head_].at_ns > medium_.now_ns_) return false;
-  frame = queue_[head_].frame;
-  head_ = (head_ + 1) % queue_.size();
-  --size_;
-  return true;
+int VirtualEndpoint::receive(std::span<Frame> frames) noexcept {
+  int taken = 0;
+  for (Frame& frame : frames) {
+    if (size_ == 0 || queue_[head_].at_ns > medium_.now_ns_) break;
+    frame = queue_[head_].frame;
+    head_ = (head_ + 1) % queue_.size();
+    --size_;
+    ++taken;
+  }
+  return taken;
 }
 
 std::string VirtualEndpoint::describe() const { return "virtual bus, node " + name_; }

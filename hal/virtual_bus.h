@@ -14,8 +14,9 @@ class VirtualBus;
 /// One node of a VirtualBus, with the faults a test can inject.
 class VirtualEndpoint final : public Bus {
  public:
-  SendResult send(const Frame& frame) noexcept override;
-  bool receive(Frame& frame) noexcept override;
+  using Bus::receive, Bus::send;
+  SendResult send(std::span<const Frame> frames) noexcept override;
+  int receive(std::span<Frame> frames) noexcept override;
   BusHealth health() const noexcept override { return health_; }
   uint64_t dropped() const noexcept override { return dropped_; }
   std::string describe() const override;

@@ -52,8 +52,8 @@ ControlLoop::ControlLoop(hal::Bus& bus, hal::DriveMaster& drives, Controller& co
       requests_(requests) {}
 
 const hal::Measurement& ControlLoop::read(std::int64_t woken_ns) noexcept {
-  hal::Frame frame;
-  for (int k = 0; k < kFramesPerCycle && bus_.receive(frame); ++k) drives_.receive(frame, woken_ns);
+  const int count = bus_.receive(arrived_);
+  for (int k = 0; k < count; ++k) drives_.receive(arrived_[k], woken_ns);
   return drives_.measure(bus_.health(), woken_ns);
 }
 
@@ -70,7 +70,7 @@ TraceRecord& ControlLoop::write(const hal::Measurement& measurement, const Decis
                                 std::int64_t intended_ns, std::int64_t woken_ns) noexcept {
   frames_.clear();
   drives_.command(decision.command, woken_ns, frames_);
-  for (const hal::Frame& out : frames_) bus_.send(out);  // what the queue cannot take is counted by the bus
+  bus_.send(frames_);  // what the queue cannot take is counted by the bus
 
   fill(feedback_.back(), intended_ns, measurement, decision);
   feedback_.publish();

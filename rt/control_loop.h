@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 
@@ -89,6 +90,7 @@ class ControlLoop {
   TripleBuffer<Feedback>& feedback_;
   const Requests& requests_;
   const Snapshot* snapshot_ = nullptr;  // this cycle's
+  std::array<hal::Frame, kFramesPerCycle> arrived_;
   hal::FrameBatch frames_;
   TraceRecord record_;
 };

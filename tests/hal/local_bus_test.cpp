@@ -6,10 +6,12 @@
 #include <unistd.h>
 #include <catch2/catch.hpp>
 
+#include <array>
 #include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <thread>
+#include <vector>
 
 #include "hal/bus.h"
 #include "heap_count.h"
@@ -42,9 +44,74 @@ bool wait_for(Bus& bus, Frame& frame, Bus* other = nullptr) {
   return false;
 }
 
+/// What joins a local bus without speaking its language; closed with the object.
+struct RawJoiner {
+  explicit RawJoiner(const SocketPath& at) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    at.path().copy(address.sun_path, sizeof address.sun_path - 1);
+    REQUIRE(::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  }
+  ~RawJoiner() { ::close(fd); }
+  int fd = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK, 0);
+};
+
 constexpr int64_t kShort_ns = 50'000'000;
 
 }  // namespace
+
+TEST_CASE("Frames sent together reach the others of a local bus in their order, however many", "[unit]") {
+  const SocketPath at;
+  const auto host = open_bus(at.name(), BusRole::kHost);
+  const auto a = open_bus(at.name(), BusRole::kJoin), b = open_bus(at.name(), BusRole::kJoin);
+  std::vector<Frame> sent, received(400);
+  CHECK(host->receive(received) == 0);
+  CHECK(host->receive(received) == 0);  // both have joined
+  for (uint32_t id = 0; id < 300; ++id) sent.push_back({.id = id});
+  const auto got_all_by = [&](Bus& bus) {
+    std::fill(received.begin(), received.end(), Frame{});
+    return bus.receive(received) == 300 && std::equal(sent.begin(), sent.end(), received.begin());
+  };
+  REQUIRE(a->send(sent) == SendResult::kSent);
+  CHECK(got_all_by(*host));
+  CHECK(got_all_by(*b));
+  REQUIRE(host->send(sent) == SendResult::kSent);
+  CHECK(got_all_by(*a));
+  CHECK(got_all_by(*b));
+  REQUIRE(a->send(std::span(sent).first(3)) == SendResult::kSent);
+  CHECK(host->receive(std::span(received).first(2)) == 2);  // no more than there is room for
+  CHECK(host->receive(received) == 1);
+  CHECK(received[0] == sent[2]);
+}
+
+TEST_CASE("Frames sent together wake the peer on a local bus once", "[unit]") {
+  const SocketPath at;
+  const auto host = open_bus(at.name(), BusRole::kHost);
+  const RawJoiner raw(at);
+  const std::array<Frame, 5> cycle{};
+  Frame frame;
+  CHECK_FALSE(host->receive(frame));
+  REQUIRE(host->send(cycle) == SendResult::kSent);
+  char packet[4096];
+  CHECK(::recv(raw.fd, packet, sizeof packet, 0) > 0);
+  CHECK(::recv(raw.fd, packet, sizeof packet, 0) < 0);
+}
+
+TEST_CASE("What speaks another language on a local bus is cut off, and the others go on", "[unit]") {
+  const SocketPath at;
+  const auto host = open_bus(at.name(), BusRole::kHost);
+  const auto joiner = open_bus(at.name(), BusRole::kJoin);
+  const std::vector<char> packet(GENERATE(1, 100'000), 'x');
+  const RawJoiner raw(at);
+  Frame frame;
+  CHECK_FALSE(host->receive(frame));
+  REQUIRE(::send(raw.fd, packet.data(), packet.size(), MSG_NOSIGNAL) > 0);
+  CHECK_FALSE(host->receive(frame));
+  CHECK_FALSE(host->receive(frame));
+  CHECK(::send(raw.fd, packet.data(), packet.size(), MSG_NOSIGNAL) < 0);
+  REQUIRE(joiner->send({.id = 3}) == SendResult::kSent);
+  CHECK(host->receive(frame));
+}
 
 TEST_CASE("Everyone on a local bus hears everyone else", "[unit]") {
   const SocketPath at;

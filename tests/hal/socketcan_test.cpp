@@ -7,7 +7,9 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <array>
 #include <cstdlib>
+#include <vector>
 
 #include "hal/bus.h"
 #include "heap_count.h"
@@ -110,6 +112,23 @@ TEST_CASE("Frames cross a real SocketCAN interface unchanged, and not back to th
   CHECK(b->dropped() == 0);
 }
 
+TEST_CASE("Frames sent together cross a real SocketCAN interface in their order, however many", "[vcan]") {
+  if (skipped_without_vcan0()) return;
+  const auto a = open_bus("vcan0", BusRole::kHost), b = open_bus("vcan0", BusRole::kJoin);
+  std::vector<Frame> sent, received(200);
+  for (uint32_t id = 0; id < 150; ++id) sent.push_back({.id = id, .length = 1, .data = {uint8_t(id)}});
+  REQUIRE(a->send(sent) == SendResult::kSent);
+  REQUIRE(b->receive(received) == 150);  // virtual interfaces deliver at once
+  received.resize(150);
+  CHECK(received == sent);
+  REQUIRE(a->send(std::span(sent).first(3)) == SendResult::kSent);
+  REQUIRE(b->receive(std::span(received).first(2)) == 2);  // no more than there is room for
+  REQUIRE(b->receive(received) == 1);
+  CHECK(received[0] == sent[2]);
+  CHECK(a->send(std::span<const Frame>()) == SendResult::kSent);
+  CHECK(b->receive(received) == 0);
+}
+
 TEST_CASE("Frames that found no room in the receiver's queue are counted", "[vcan]") {
   if (skipped_without_vcan0()) return;
   const auto a = open_bus("vcan0", BusRole::kHost), b = open_bus("vcan0", BusRole::kJoin);
@@ -200,9 +219,10 @@ TEST_CASE("Sending and receiving on SocketCAN make no heap call", "[vcan]") {
   if (skipped_without_vcan0()) return;
   const auto a = open_bus("vcan0", BusRole::kHost), b = open_bus("vcan0", BusRole::kJoin);
   Frame frame;
+  std::array<Frame, 5> cycle{};
   const uint64_t before = test::heap_calls();
-  const SendResult sent = a->send({.id = 1});
-  const bool received = wait_for(*b, frame);
+  const SendResult sent = a->send(cycle);
+  const bool received = wait_for(*b, frame) && b->receive(cycle) == 4;
   const uint64_t made = test::heap_calls() - before;
   CHECK(made == 0);
   CHECK(sent == SendResult::kSent);

@@ -1,5 +1,6 @@
 #include "hal/virtual_bus.h"
 
+#include <array>
 #include <catch2/catch.hpp>
 
 using namespace tendril::hal;
@@ -24,6 +25,21 @@ TEST_CASE("A frame reaches all other nodes after the delay and in order", "[unit
   REQUIRE(a.receive(frame));  // not its own
   CHECK(frame.id == 2);
   CHECK_FALSE(a.receive(frame));
+}
+
+TEST_CASE("Frames sent together arrive together, as many as there is room for", "[unit]") {
+  VirtualBus bus(1000);
+  VirtualEndpoint& a = bus.attach("a");
+  VirtualEndpoint& b = bus.attach("b");
+  const std::array<Frame, 3> sent{Frame{.id = 1}, Frame{.id = 2}, Frame{.id = 3}};
+  std::array<Frame, 2> received;
+  CHECK(a.send(sent) == SendResult::kSent);
+  CHECK(b.receive(received) == 0);
+  bus.set_time(1000);
+  CHECK(b.receive(received) == 2);
+  CHECK(received[1].id == 2);
+  CHECK(b.receive(received) == 1);
+  CHECK(received[0].id == 3);
 }
 
 TEST_CASE("An unplugged node notices nothing and is not heard", "[unit]") {
