@@ -6,6 +6,7 @@
 #include <array>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "app/channels.h"
@@ -46,18 +47,39 @@ Config with_plant(Config config) {
   return config;
 }
 
+/// A local bus whose frames arrive in the time of the rehearsal, and not in that of the machine's clock.
+class RehearsalBus final : public hal::Bus {
+ public:
+  RehearsalBus(const std::string& name, const std::int64_t& now_ns)
+      : bus_(hal::open_bus(name, hal::BusRole::kJoin)), now_ns_(now_ns) {}
+
+  hal::SendResult send(std::span<const hal::Frame> frames) noexcept override { return bus_->send(frames); }
+  int receive(std::span<hal::Frame> frames) noexcept override {
+    const int count = bus_->receive(frames);
+    for (hal::Frame& frame : frames.first(count)) frame.stamp_ns = now_ns_;
+    return count;
+  }
+  hal::BusHealth health() const noexcept override { return bus_->health(); }
+  std::uint64_t dropped() const noexcept override { return bus_->dropped(); }
+  std::string describe() const override { return bus_->describe(); }
+
+ private:
+  std::unique_ptr<hal::Bus> bus_;
+  const std::int64_t& now_ns_;
+};
+
 /// The control loop and its drives, taking turns in one thread under a clock of their own.
 class Rehearsal {
  public:
   Rehearsal(const Robot& robot, const Config& config)
       : period_ns_(static_cast<std::int64_t>(1e9 / config.control.rate_hz)),
         drives_bus_(hal::open_bus(medium_.name(), hal::BusRole::kHost)),
-        bus_(hal::open_bus(medium_.name(), hal::BusRole::kJoin)),
+        bus_(medium_.name(), now_ns_),
         drives_(with_plant(config)),
         master_(master_config(config)),
         controller_(undisturbed(config)),
         channels_(std::make_unique<Channels>()),
-        loop_(*bus_, master_, controller_, channels_->snapshots, channels_->targets, channels_->feedback,
+        loop_(bus_, master_, controller_, channels_->snapshots, channels_->targets, channels_->feedback,
               channels_->requests) {
     publish_rest(robot, config, now_ns_, *channels_);
   }
@@ -88,7 +110,8 @@ class Rehearsal {
  private:
   std::int64_t now_ns_ = 1'000'000'000, period_ns_;  // stamps of zero mean "never"
   PrivateBus medium_;
-  std::unique_ptr<hal::Bus> drives_bus_, bus_;
+  std::unique_ptr<hal::Bus> drives_bus_;
+  RehearsalBus bus_;
   PlantDrives drives_;
   hal::Cia402Master master_;
   rt::Controller controller_;

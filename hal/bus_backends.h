@@ -1,7 +1,9 @@
 #pragma once
 
+#include <time.h>
 #include <unistd.h>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -19,6 +21,18 @@ std::unique_ptr<Bus> host_local_bus(const std::string& path);
 
 /// Connects to the host that listens at a path, for up to `wait_ns`. @throws BusError. Real-time: no.
 std::unique_ptr<Bus> join_local_bus(const std::string& path, int64_t wait_ns);
+
+/// Real-time: yes.
+inline int64_t to_ns(const timespec& time) noexcept {
+  return 1'000'000'000 * static_cast<int64_t>(time.tv_sec) + time.tv_nsec;
+}
+
+/// What a clock shows, ns. Real-time: yes.
+inline int64_t read_clock_ns(clockid_t clock) noexcept {
+  timespec now{};
+  ::clock_gettime(clock, &now);
+  return to_ns(now);
+}
 
 /// A file descriptor with an owner.
 class Descriptor {

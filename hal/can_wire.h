@@ -20,14 +20,16 @@ inline can_frame to_wire(const Frame& frame) noexcept {
 }
 
 /// A data frame as the kernel gives it.
-/// @param wire  a data frame: no error frame, no remote frame
+/// @param wire      a data frame: no error frame, no remote frame
+/// @param stamp_ns  when it arrived
 /// Real-time: yes.
-inline Frame from_wire(const can_frame& wire) noexcept {
+inline Frame from_wire(const can_frame& wire, int64_t stamp_ns) noexcept {
   Frame frame;
   frame.extended = (wire.can_id & CAN_EFF_FLAG) != 0;
   frame.id = wire.can_id & (frame.extended ? CAN_EFF_MASK : CAN_SFF_MASK);
   frame.length = std::min<uint8_t>(wire.can_dlc, CAN_MAX_DLEN);
   std::memcpy(frame.data.data(), wire.data, frame.length);
+  frame.stamp_ns = stamp_ns;
   return frame;
 }
 

@@ -32,11 +32,11 @@ Cia402Axis::Cia402Axis(const AxisConfig& axis, const MasterConfig& config)
       release_steps_(release_steps()),
       sdo_(axis.node, config.sdo_timeout_ns, config.sdo_attempts) {}
 
-void Cia402Axis::receive(const Frame& frame, int64_t now_ns) noexcept {
+void Cia402Axis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
   if (const auto feedback = decode_drive_feedback(tpdo_id_, frame)) {
-    if (synchronous()) on_feedback(*feedback, now_ns);
+    if (synchronous()) on_feedback(*feedback, arrival_ns);
   } else if (const auto state = decode_heartbeat(frame, node_)) {
-    on_heartbeat(*state, now_ns);
+    on_heartbeat(*state, arrival_ns);
   } else if (const auto emergency = decode_emergency(frame, node_)) {
     on_emergency(*emergency);
   } else if (const auto answer = decode_sdo_answer(frame, node_)) {
@@ -44,9 +44,9 @@ void Cia402Axis::receive(const Frame& frame, int64_t now_ns) noexcept {
   }
 }
 
-void Cia402Axis::on_heartbeat(NmtState state, int64_t now_ns) noexcept {
+void Cia402Axis::on_heartbeat(NmtState state, int64_t arrival_ns) noexcept {
   nmt_ = state;
-  heartbeat_ns_ = now_ns;
+  heartbeat_ns_ = arrival_ns;
   switch (stage_) {
     case Stage::kBooting:
     case Stage::kConfiguring:
@@ -54,7 +54,7 @@ void Cia402Axis::on_heartbeat(NmtState state, int64_t now_ns) noexcept {
       if (state == NmtState::kBootUp) configure();  // whatever it had been told, it has forgotten
       if (stage_ == Stage::kStarting && state == NmtState::kOperational) {
         stage_ = Stage::kRunning;
-        stage_since_ns_ = now_ns;
+        stage_since_ns_ = arrival_ns;
       }
       break;
     case Stage::kRunning:
@@ -72,11 +72,11 @@ void Cia402Axis::on_emergency(const Emergency& emergency) noexcept {
   if (stage_ == Stage::kRunning && phase_ != Phase::kOff) fail(FaultKind::kDriveFault, emergency.code);
 }
 
-void Cia402Axis::on_feedback(const DriveFeedback& feedback, int64_t now_ns) noexcept {
+void Cia402Axis::on_feedback(const DriveFeedback& feedback, int64_t arrival_ns) noexcept {
   statusword_ = feedback.statusword;
   state_ = decode_statusword(feedback.statusword);
   position_ = feedback.position;
-  position_stamp_ns_ = now_ns;
+  position_stamp_ns_ = arrival_ns;
   if (!in_fault(state_)) clearing_fault_ = false;
   if (phase_ == Phase::kOff || clearing_fault_) return;
   if (in_fault(state_))
@@ -87,7 +87,7 @@ void Cia402Axis::on_feedback(const DriveFeedback& feedback, int64_t now_ns) noex
     phase_ = Phase::kOn;
 }
 
-void Cia402Axis::supervise(int64_t now_ns) noexcept {
+void Cia402Axis::supervise(int64_t now_ns, int64_t synced_ns) noexcept {
   if (!synchronous() || fault_.kind != FaultKind::kNone) return;
   if (now_ns - heartbeat_ns_ > config_.heartbeat_timeout_ns) return fail(FaultKind::kHeartbeatLost, 0);
   if (stage_ == Stage::kStarting) {
@@ -95,7 +95,7 @@ void Cia402Axis::supervise(int64_t now_ns) noexcept {
       fail(FaultKind::kStartTimeout, static_cast<uint32_t>(nmt_));
     return;
   }
-  if (now_ns - std::max(stage_since_ns_, position_stamp_ns_) > config_.feedback_timeout_ns)
+  if (synced_ns - std::max(stage_since_ns_, position_stamp_ns_) > config_.feedback_timeout_ns)
     return fail(FaultKind::kFeedbackLost, 0);
   if (phase_ == Phase::kEnabling && now_ns - enabling_since_ns_ > config_.enable_timeout_ns) {
     if (in_fault(state_))
@@ -203,9 +203,9 @@ bool Cia402Axis::setting_up() const noexcept {
   return stage_ == Stage::kReset || stage_ == Stage::kConfiguring || stage_ == Stage::kReleasing;
 }
 
-bool Cia402Axis::known(int64_t now_ns) const noexcept {
+bool Cia402Axis::known(int64_t synced_ns) const noexcept {
   return stage_ == Stage::kRunning && position_stamp_ns_ != 0 &&
-         now_ns - position_stamp_ns_ <= config_.feedback_timeout_ns;
+         synced_ns - position_stamp_ns_ <= config_.feedback_timeout_ns;
 }
 
 bool Cia402Axis::disabled() const noexcept {

@@ -20,10 +20,11 @@ class Cia402Axis {
   Cia402Axis(const AxisConfig& axis, const MasterConfig& config);
 
   /// Takes in a frame if it is one of this drive's.
-  void receive(const Frame& frame, int64_t now_ns) noexcept;
+  void receive(const Frame& frame, int64_t arrival_ns) noexcept;
 
   /// Judges the time-outs.
-  void supervise(int64_t now_ns) noexcept;
+  /// @param synced_ns  when the drive was last asked for its position: a pause of ours is no fault of its own
+  void supervise(int64_t now_ns, int64_t synced_ns) noexcept;
 
   /// Appends the frames of start-up or release: at most one of SDO and one of NMT.
   void set_up(int64_t now_ns, FrameBatch& out) noexcept;
@@ -51,8 +52,8 @@ class Cia402Axis {
   /// Whether `release` is through, or was not needed.
   bool finished() const noexcept { return stage_ == Stage::kFinished; }
 
-  /// Whether the position is younger than the feedback timeout.
-  bool known(int64_t now_ns) const noexcept;
+  /// Whether the position was, when last asked for, younger than the feedback timeout.
+  bool known(int64_t synced_ns) const noexcept;
 
   /// Whether the drive was brought to "operation enabled" and is there.
   bool enabled() const noexcept { return phase_ == Phase::kOn; }
@@ -82,9 +83,9 @@ class Cia402Axis {
   };
   enum class Phase : uint8_t { kOff, kEnabling, kOn };
 
-  void on_heartbeat(NmtState state, int64_t now_ns) noexcept;
+  void on_heartbeat(NmtState state, int64_t arrival_ns) noexcept;
   void on_emergency(const Emergency& emergency) noexcept;
-  void on_feedback(const DriveFeedback& feedback, int64_t now_ns) noexcept;
+  void on_feedback(const DriveFeedback& feedback, int64_t arrival_ns) noexcept;
   void configure() noexcept;
   uint16_t enabling_word(int64_t now_ns) noexcept;
   void fail(FaultKind kind, uint32_t code) noexcept;

@@ -45,15 +45,15 @@ Cia402Master::Cia402Master(MasterConfig config) : config_(checked(std::move(conf
   measurement_.axes = static_cast<int>(axes_.size());
 }
 
-void Cia402Master::receive(const Frame& frame, int64_t now_ns) noexcept {
+void Cia402Master::receive(const Frame& frame, int64_t arrival_ns) noexcept {
   if (config_.tracker_id != 0 && frame.id == config_.tracker_id && !frame.extended) {
     if (const auto sample = decode_tracker(frame)) {
       measurement_.tracker_position = sample->position;
-      measurement_.tracker_stamp_ns = now_ns - sample->age_ns;
+      measurement_.tracker_stamp_ns = arrival_ns - sample->age_ns;
     }
     return;
   }
-  for (Cia402Axis& axis : axes_) axis.receive(frame, now_ns);
+  for (Cia402Axis& axis : axes_) axis.receive(frame, arrival_ns);
 }
 
 const Measurement& Cia402Master::measure(BusHealth health, int64_t now_ns) noexcept {
@@ -63,10 +63,10 @@ const Measurement& Cia402Master::measure(BusHealth health, int64_t now_ns) noexc
   latch({.kind = fault_of(health)});
   for (int i = 0; i < m.axes; ++i) {
     Cia402Axis& axis = axes_[i];
-    axis.supervise(now_ns);
+    axis.supervise(now_ns, synced_ns_);
     m.position[i] = axis.position();
     m.position_stamp_ns[i] = axis.position_stamp_ns();
-    m.all_known = m.all_known && axis.known(now_ns);
+    m.all_known = m.all_known && axis.known(synced_ns_);
     m.all_enabled = m.all_enabled && axis.enabled();
     m.all_disabled = m.all_disabled && axis.disabled();
     m.finished = m.finished && axis.finished();
@@ -90,8 +90,10 @@ void Cia402Master::command(const Command& command, int64_t now_ns, FrameBatch& o
   const bool may_begin = measurement_.all_known && measurement_.fault.kind == FaultKind::kNone;
   for (int i = 0; i < measurement_.axes; ++i)
     axes_[i].drive(command.enable, may_begin, measurement_.all_enabled, command.position[i], now_ns, out);
-  if (std::any_of(axes_.begin(), axes_.end(), [](const Cia402Axis& axis) { return axis.synchronous(); }))
+  if (std::any_of(axes_.begin(), axes_.end(), [](const Cia402Axis& axis) { return axis.synchronous(); })) {
     out.push(encode_sync());
+    synced_ns_ = now_ns;
+  }
 }
 
 void Cia402Master::set_up(int64_t now_ns, FrameBatch& out) noexcept {

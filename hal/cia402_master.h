@@ -21,7 +21,7 @@ class Cia402Master final : public DriveMaster {
   /// Real-time: no (allocates).
   explicit Cia402Master(MasterConfig config);
 
-  void receive(const Frame& frame, int64_t now_ns) noexcept override;
+  void receive(const Frame& frame, int64_t arrival_ns) noexcept override;
   const Measurement& measure(BusHealth health, int64_t now_ns) noexcept override;
   void command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept override;
   std::string describe(const DriveFault& fault) const override;
@@ -35,6 +35,7 @@ class Cia402Master final : public DriveMaster {
   std::vector<Cia402Axis> axes_;
   Measurement measurement_;
   int64_t next_heartbeat_ns_ = 0;
+  int64_t synced_ns_ = 0;  // when the last SYNC went out
 };
 
 }  // namespace tendril::hal

@@ -45,7 +45,7 @@ struct Measurement {
   int axes = 0;
   std::array<double, kMaxAxes> position{};            // displacement, m or m³, the last that is known
   std::array<int64_t, kMaxAxes> position_stamp_ns{};  // arrival of each position; 0: none yet
-  bool all_known = false;     // every axis has sent its position within the feedback timeout
+  bool all_known = false;     // every axis has sent its position, and none was asked for it in vain for long
   bool all_enabled = false;   // every drive is in "operation enabled": commanded positions are followed
   bool all_disabled = false;  // no drive is known to have its power stage on
   bool finished = false;      // Command::finish is done: the drives are stopped and watch us no more
@@ -79,8 +79,9 @@ class DriveMaster {
   virtual ~DriveMaster() = default;
 
   /// Takes in one frame of the bus; frames of others are ignored.
+  /// @param arrival_ns  when it arrived, which may be well before it was read
   /// Real-time: yes (bounded, no allocation).
-  virtual void receive(const Frame& frame, int64_t now_ns) noexcept = 0;
+  virtual void receive(const Frame& frame, int64_t arrival_ns) noexcept = 0;
 
   /// Judges time-outs and the bus and gives what is known.
   /// @param health  of the bus the frames go over

@@ -15,9 +15,10 @@ struct Frame {
   bool extended = false;  // identifier format
   uint8_t length = 0;     // bytes of data, 0..8
   std::array<uint8_t, 8> data{};
+  int64_t stamp_ns = 0;  // received ones: arrival at this node, CLOCK_MONOTONIC or a virtual bus's clock
 };
 
-/// True where both would look the same on the wire: bytes past `length` do not count.
+/// True where both would look the same on the wire: bytes past `length` and stamps do not count.
 /// Real-time: yes.
 inline bool operator==(const Frame& a, const Frame& b) noexcept {
   return a.id == b.id && a.extended == b.extended && a.length == b.length &&

@@ -7,6 +7,7 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cstddef>
 #include <cstring>
 #include <thread>
 
@@ -26,29 +27,32 @@ constexpr auto kRetry = std::chrono::milliseconds(20);
 
 /// Frames that travel together, each as the kernel's struct can_frame.
 struct Packet {
+  int64_t stamp_ns;  // when they were sent, which on this bus is when they arrive; CLOCK_MONOTONIC
   std::array<can_frame, kFramesPerPacket> frames;
-  int count = 0;
+
+  static size_t size_of(int count) noexcept { return offsetof(Packet, frames) + count * sizeof(can_frame); }
 };
 
 enum class Moved { kYes, kNotNow, kGone };
 
-Moved write_packet(int fd, const Packet& packet) noexcept {
-  const size_t size = packet.count * sizeof(can_frame);
-  if (::send(fd, packet.frames.data(), size, MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(size))
+Moved write_packet(int fd, const Packet& packet, int count) noexcept {
+  const size_t size = Packet::size_of(count);
+  if (::send(fd, &packet, size, MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(size))
     return Moved::kYes;
   return errno == EAGAIN || errno == ENOBUFS || errno == EINTR ? Moved::kNotNow : Moved::kGone;
 }
 
 /// A packet of another size, or one with anything but data frames, is from no peer of ours.
-Moved read_packet(int fd, Packet& packet) noexcept {
-  const ssize_t size = ::recv(fd, packet.frames.data(), sizeof packet.frames, MSG_DONTWAIT | MSG_TRUNC);
+Moved read_packet(int fd, Packet& packet, int& count) noexcept {
+  const ssize_t size = ::recv(fd, &packet, sizeof packet, MSG_DONTWAIT | MSG_TRUNC);
   if (size < 0) return errno == EAGAIN || errno == EINTR ? Moved::kNotNow : Moved::kGone;
-  if (size == 0 || size > static_cast<ssize_t>(sizeof packet.frames) || size % sizeof(can_frame) != 0)
+  const ssize_t n =
+      (size - static_cast<ssize_t>(Packet::size_of(0))) / static_cast<ssize_t>(sizeof(can_frame));
+  if (n < 1 || n > kFramesPerPacket || static_cast<ssize_t>(Packet::size_of(static_cast<int>(n))) != size)
     return Moved::kGone;
-  const int count = static_cast<int>(size / sizeof(can_frame));
-  for (int i = 0; i < count; ++i)
+  for (ssize_t i = 0; i < n; ++i)
     if (packet.frames[i].can_id & (CAN_ERR_FLAG | CAN_RTR_FLAG)) return Moved::kGone;
-  packet.count = count;
+  count = static_cast<int>(n);
   return Moved::kYes;
 }
 
@@ -57,13 +61,14 @@ Moved read_packet(int fd, Packet& packet) noexcept {
 template <typename Move>
 int move_in_packets(std::span<const Frame> frames, Move move) noexcept {
   int moved = 0;
+  Packet packet;
+  packet.stamp_ns = read_clock_ns(CLOCK_MONOTONIC);
   while (!frames.empty()) {
-    Packet packet;
-    packet.count = static_cast<int>(std::min<size_t>(frames.size(), kFramesPerPacket));
-    std::transform(frames.begin(), frames.begin() + packet.count, packet.frames.begin(), to_wire);
-    if (!move(packet)) break;
-    moved += packet.count;
-    frames = frames.subspan(packet.count);
+    const int count = static_cast<int>(std::min<size_t>(frames.size(), kFramesPerPacket));
+    std::transform(frames.begin(), frames.begin() + count, packet.frames.begin(), to_wire);
+    if (!move(packet, count)) break;
+    moved += count;
+    frames = frames.subspan(count);
   }
   return moved;
 }
@@ -71,19 +76,20 @@ int move_in_packets(std::span<const Frame> frames, Move move) noexcept {
 /// The packet that is being taken apart.
 class Inbox {
  public:
-  bool empty() const noexcept { return next_ == packet_.count; }
-  Frame take() noexcept { return from_wire(packet_.frames[next_++]); }
+  bool empty() const noexcept { return next_ == count_; }
+  Frame take() noexcept { return from_wire(packet_.frames[next_++], packet_.stamp_ns); }
   /// The next packet of a peer takes the place of this one, which is empty.
   Moved fill(int fd) noexcept {
-    const Moved moved = read_packet(fd, packet_);
+    const Moved moved = read_packet(fd, packet_, count_);
     if (moved == Moved::kYes) next_ = 0;
     return moved;
   }
   const Packet& packet() const noexcept { return packet_; }
+  int count() const noexcept { return count_; }
 
  private:
   Packet packet_;
-  int next_ = 0;
+  int count_ = 0, next_ = 0;
 };
 
 class LocalJoiner final : public Bus {
@@ -93,8 +99,8 @@ class LocalJoiner final : public Bus {
   SendResult send(std::span<const Frame> frames) noexcept override {
     if (gone_) return SendResult::kDown;
     Moved last = Moved::kYes;
-    const int sent = move_in_packets(frames, [&](const Packet& packet) {
-      last = write_packet(socket_.get(), packet);
+    const int sent = move_in_packets(frames, [&](const Packet& packet, int count) {
+      last = write_packet(socket_.get(), packet, count);
       return last == Moved::kYes;
     });
     if (last == Moved::kYes) return SendResult::kSent;
@@ -142,8 +148,8 @@ class LocalHost final : public Bus {
   }
 
   SendResult send(std::span<const Frame> frames) noexcept override {
-    move_in_packets(frames, [this](const Packet& packet) {
-      broadcast(packet, -1);
+    move_in_packets(frames, [this](const Packet& packet, int count) {
+      broadcast(packet, count, -1);
       return true;
     });
     return SendResult::kSent;  // as on a wire: the sender does not learn who had no room
@@ -183,7 +189,7 @@ class LocalHost final : public Bus {
       next_ = next_ < joiners_ ? next_ : 0;
       switch (inbox_.fill(fds_[next_])) {
         case Moved::kYes:
-          broadcast(inbox_.packet(), fds_[next_]);
+          broadcast(inbox_.packet(), inbox_.count(), fds_[next_]);
           ++next_;  // the others are heard before this one is heard again
           return true;
         case Moved::kNotNow:
@@ -198,9 +204,9 @@ class LocalHost final : public Bus {
   }
 
   /// Who turns out to be gone is removed when it is next read.
-  void broadcast(const Packet& packet, int except) noexcept {
+  void broadcast(const Packet& packet, int count, int except) noexcept {
     for (int i = 0; i < joiners_; ++i)
-      if (fds_[i] != except && write_packet(fds_[i], packet) == Moved::kNotNow) dropped_ += packet.count;
+      if (fds_[i] != except && write_packet(fds_[i], packet, count) == Moved::kNotNow) dropped_ += count;
   }
 
   void remove(int i) noexcept {

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "hal/arrival_clock.h"
 #include "hal/bus_backends.h"
 #include "hal/can_wire.h"
 
@@ -23,7 +24,7 @@ constexpr int kSkipLimit = 32;
 /// What recvmmsg and sendmmsg work on, its parts linked once.
 struct Messages {
   struct alignas(cmsghdr) Control {
-    char bytes[CMSG_SPACE(sizeof(uint32_t))];
+    char bytes[CMSG_SPACE(sizeof(timespec)) + CMSG_SPACE(sizeof(uint32_t))];
   };
 
   Messages() noexcept {
@@ -70,15 +71,20 @@ class SocketCan final : public Bus {
     int taken = 0;
     for (int skipped = 0; taken < room && skipped < kSkipLimit;) {
       const int wanted = std::min(room - taken, kBatch);
+      clock_.look(read_clock_ns(CLOCK_MONOTONIC), read_clock_ns(CLOCK_REALTIME));
       const int count = read(wanted);
       for (int i = 0; i < count; ++i) {
+        const int64_t stamp_ns = take_control(incoming_.headers[i].msg_hdr);
         const can_frame& wire = incoming_.wires[i];
         if (take_in(wire))
-          frames[taken++] = from_wire(wire);
+          frames[taken++] = from_wire(wire, clock_.arrival_ns(stamp_ns));
         else
           ++skipped;
       }
-      if (count < wanted) break;
+      if (count < wanted) {
+        clock_.found_empty();
+        break;
+      }
     }
     return taken;
   }
@@ -100,23 +106,33 @@ class SocketCan final : public Bus {
     return SendResult::kDown;
   }
 
-  /// Raw frames into `incoming_`, with the kernel's count of those the socket's queue had no room for.
+  /// Raw frames into `incoming_`.
   /// @return how many; fewer than wanted where the queue is empty
   int read(int wanted) noexcept {
     for (int i = 0; i < wanted; ++i) {
       incoming_.headers[i].msg_hdr.msg_control = &incoming_.controls[i];
       incoming_.headers[i].msg_hdr.msg_controllen = sizeof incoming_.controls[i];
     }
-    const int count =
-        ::recvmmsg(socket_.get(), incoming_.headers.data(), static_cast<unsigned>(wanted), MSG_DONTWAIT, nullptr);
+    const int count = ::recvmmsg(socket_.get(), incoming_.headers.data(), static_cast<unsigned>(wanted),
+                                 MSG_DONTWAIT, nullptr);
     if (count < 0 && errno != EAGAIN && errno != EINTR) health_ = BusHealth::kDown;
     if (count <= 0) return 0;
     if (health_ == BusHealth::kDown) health_ = BusHealth::kActive;
-    msghdr& last = incoming_.headers[count - 1].msg_hdr;
-    const cmsghdr* header = CMSG_FIRSTHDR(&last);
-    if (header != nullptr && header->cmsg_type == SO_RXQ_OVFL)
-      std::memcpy(&receive_dropped_, CMSG_DATA(header), sizeof receive_dropped_);
     return count;
+  }
+
+  /// Notes the kernel's count of frames that the socket's queue had no room for.
+  /// @return the kernel's stamp, ns of CLOCK_REALTIME
+  int64_t take_control(msghdr& message) noexcept {
+    timespec stamp{};
+    for (cmsghdr* header = CMSG_FIRSTHDR(&message); header != nullptr;
+         header = CMSG_NXTHDR(&message, header)) {
+      if (header->cmsg_type == SO_RXQ_OVFL)
+        std::memcpy(&receive_dropped_, CMSG_DATA(header), sizeof receive_dropped_);
+      else if (header->cmsg_type == SCM_TIMESTAMPNS)
+        std::memcpy(&stamp, CMSG_DATA(header), sizeof stamp);
+    }
+    return to_ns(stamp);
   }
 
   /// @return whether it is a data frame
@@ -141,6 +157,7 @@ class SocketCan final : public Bus {
   Descriptor socket_;
   std::string interface_;
   Messages incoming_, outgoing_;
+  ArrivalClock clock_{read_clock_ns(CLOCK_MONOTONIC)};
   BusHealth health_ = BusHealth::kActive;
   uint64_t send_dropped_ = 0;
   uint32_t receive_dropped_ = 0;
@@ -163,7 +180,8 @@ Descriptor open_socket(const std::string& interface) {
   const can_err_mask_t errors = CAN_ERR_CRTL | CAN_ERR_BUSOFF | CAN_ERR_RESTARTED;
   const int on = 1;
   if (::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors) != 0 ||
-      ::setsockopt(socket.get(), SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) != 0)
+      ::setsockopt(socket.get(), SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) != 0 ||
+      ::setsockopt(socket.get(), SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) != 0)
     refuse("cannot set up the CAN socket of '" + interface + "': " + reason());
   return socket;
 }

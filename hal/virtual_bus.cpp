@@ -21,8 +21,8 @@ SendResult VirtualEndpoint::send(std::span<const Frame> frames) noexcept {
 int VirtualEndpoint::receive(std::span<Frame> frames) noexcept {
   int taken = 0;
   for (Frame& frame : frames) {
-    if (size_ == 0 || queue_[head_].at_ns > medium_.now_ns_) break;
-    frame = queue_[head_].frame;
+    if (size_ == 0 || queue_[head_].stamp_ns > medium_.now_ns_) break;
+    frame = queue_[head_];
     head_ = (head_ + 1) % queue_.size();
     --size_;
     ++taken;
@@ -32,12 +32,12 @@ int VirtualEndpoint::receive(std::span<Frame> frames) noexcept {
 
 std::string VirtualEndpoint::describe() const { return "virtual bus, node " + name_; }
 
-void VirtualEndpoint::push(const Frame& frame, int64_t at_ns) noexcept {
+void VirtualEndpoint::push(const Frame& frame) noexcept {
   if (size_ == queue_.size()) {
     ++dropped_;
     return;
   }
-  queue_[(head_ + size_) % queue_.size()] = {at_ns, frame};
+  queue_[(head_ + size_) % queue_.size()] = frame;
   ++size_;
 }
 
@@ -49,8 +49,10 @@ VirtualEndpoint& VirtualBus::attach(std::string name) {
 }
 
 void VirtualBus::broadcast(const VirtualEndpoint& from, const Frame& frame) noexcept {
+  Frame arriving = frame;
+  arriving.stamp_ns = now_ns_ + delay_ns_;
   for (const auto& endpoint : endpoints_)
-    if (endpoint.get() != &from && endpoint->connected()) endpoint->push(frame, now_ns_ + delay_ns_);
+    if (endpoint.get() != &from && endpoint->connected()) endpoint->push(arriving);
 }
 
 }  // namespace tendril::hal

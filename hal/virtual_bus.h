@@ -31,18 +31,13 @@ class VirtualEndpoint final : public Bus {
 
  private:
   friend class VirtualBus;
-  struct Arrival {
-    int64_t at_ns = 0;
-    Frame frame;
-  };
-
   VirtualEndpoint(VirtualBus& medium, std::string name, int capacity);
   bool connected() const noexcept;
-  void push(const Frame& frame, int64_t at_ns) noexcept;
+  void push(const Frame& frame) noexcept;
 
   VirtualBus& medium_;
   std::string name_;
-  std::vector<Arrival> queue_;  // ring of fixed capacity
+  std::vector<Frame> queue_;  // ring of fixed capacity
   size_t head_ = 0, size_ = 0;
   bool plugged_ = true;
   BusHealth health_ = BusHealth::kActive;

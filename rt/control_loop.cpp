@@ -53,7 +53,7 @@ ControlLoop::ControlLoop(hal::Bus& bus, hal::DriveMaster& drives, Controller& co
 
 const hal::Measurement& ControlLoop::read(std::int64_t woken_ns) noexcept {
   const int count = bus_.receive(arrived_);
-  for (int k = 0; k < count; ++k) drives_.receive(arrived_[k], woken_ns);
+  for (int k = 0; k < count; ++k) drives_.receive(arrived_[k], arrived_[k].stamp_ns);
   return drives_.measure(bus_.health(), woken_ns);
 }
 

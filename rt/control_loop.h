@@ -58,7 +58,7 @@ class ControlLoop {
 
   /// One cycle; in virtual time the whole of the loop.
   /// @param intended_ns    the instant that the controller decides for
-  /// @param woken_ns       the instant of the call: what has arrived is stamped with it
+  /// @param woken_ns       the instant of the call
   /// @param late_in_a_row  cycles before this one that ended late, in a row
   /// @return  valid until the next call; its timing fields are the caller's to fill
   /// Real-time: bounded by the QP's cap and kFramesPerCycle; allocates nothing, takes no lock.

@@ -301,3 +301,22 @@ TEST_CASE("The state of the bus becomes a fault of the whole robot", "[unit]") {
     CHECK_FALSE(latched(rig));
   }
 }
+
+TEST_CASE("A pause of the controller, in which drives are not asked for positions, is no fault of theirs",
+          "[unit]") {
+  Rig rig(config_of(2));
+  REQUIRE(rig.enable());
+  rig.bus.set_time(rig.bus.time_ns() + 80 * kMillisecond_ns);  // the feedback timeout is 50 ms
+  rig.run_for(100 * kMillisecond_ns);
+  CHECK(rig.measured.fault.kind == FaultKind::kNone);
+  CHECK(rig.measured.all_enabled);
+}
+
+TEST_CASE("A position counts from its arrival, not from when it was read", "[unit]") {
+  constexpr int64_t kDelay_ns = 100'000;
+  Rig rig(config_of(1), kDelay_ns);
+  REQUIRE(rig.enable());
+  // Sent half a period before the cycle that reads it.
+  const int64_t arrival_ns = rig.measured.stamp_ns - kPeriod_ns + kPeriod_ns / 2 + kDelay_ns;
+  CHECK(rig.measured.position_stamp_ns[0] == arrival_ns);
+}

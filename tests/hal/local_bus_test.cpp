@@ -56,6 +56,8 @@ struct RawJoiner {
   int fd = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK, 0);
 };
 
+int64_t now_ns() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
+
 constexpr int64_t kShort_ns = 50'000'000;
 
 }  // namespace
@@ -82,6 +84,25 @@ TEST_CASE("Frames sent together reach the others of a local bus in their order, 
   CHECK(host->receive(std::span(received).first(2)) == 2);  // no more than there is room for
   CHECK(host->receive(received) == 1);
   CHECK(received[0] == sent[2]);
+}
+
+TEST_CASE("A frame on a local bus tells when it was sent, also through the host and however late it is read",
+          "[unit]") {
+  const SocketPath at;
+  const auto host = open_bus(at.name(), BusRole::kHost);
+  const auto a = open_bus(at.name(), BusRole::kJoin), b = open_bus(at.name(), BusRole::kJoin);
+  Frame frame;
+  CHECK_FALSE(host->receive(frame));
+  CHECK_FALSE(host->receive(frame));  // both have joined
+  const int64_t before_ns = now_ns();
+  REQUIRE(a->send({.id = 1}) == SendResult::kSent);
+  const int64_t after_ns = now_ns();
+  std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  for (Bus* bus : {host.get(), b.get()}) {
+    REQUIRE(bus->receive(frame));
+    CHECK(frame.stamp_ns >= before_ns);
+    CHECK(frame.stamp_ns <= after_ns);
+  }
 }
 
 TEST_CASE("Frames sent together wake the peer on a local bus once", "[unit]") {

@@ -28,7 +28,7 @@ void Rig::cycle() {
   const int64_t now_ns = bus.time_ns();
   Frame frame;
   while (controller.receive(frame))
-    if (master_alive) master.receive(frame, now_ns);
+    if (master_alive) master.receive(frame, frame.stamp_ns);
   if (master_alive) {
     measured = master.measure(controller.health(), now_ns);
     if (follow_measured) command.position = measured.position;

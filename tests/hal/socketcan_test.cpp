@@ -6,9 +6,11 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <array>
+#include <catch2/catch.hpp>
+#include <chrono>
 #include <cstdlib>
+#include <thread>
 #include <vector>
 
 #include "hal/bus.h"
@@ -127,6 +129,29 @@ TEST_CASE("Frames sent together cross a real SocketCAN interface in their order,
   CHECK(received[0] == sent[2]);
   CHECK(a->send(std::span<const Frame>()) == SendResult::kSent);
   CHECK(b->receive(received) == 0);
+}
+
+TEST_CASE("A frame from a real SocketCAN interface tells when the kernel got it, however late it is read",
+          "[vcan]") {
+  if (skipped_without_vcan0()) return;
+  const auto now_ns = [] { return std::chrono::steady_clock::now().time_since_epoch().count(); };
+  const auto a = open_bus("vcan0", BusRole::kHost), b = open_bus("vcan0", BusRole::kJoin);
+  // Where nobody else has asked for stamps, the kernel begins with them a moment after we have.
+  bool stamped_on_arrival = false;
+  for (int tries = 0; tries < 200 && !stamped_on_arrival; ++tries) {
+    Frame frame;
+    const int64_t before_ns = now_ns();
+    REQUIRE_FALSE(b->receive(frame));
+    REQUIRE(a->send({.id = 1}) == SendResult::kSent);
+    pollfd readable{b->descriptor(), POLLIN, 0};
+    REQUIRE(::poll(&readable, 1, 5000) == 1);
+    const int64_t after_ns = now_ns();
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    REQUIRE(b->receive(frame));
+    REQUIRE(frame.stamp_ns >= before_ns);
+    stamped_on_arrival = frame.stamp_ns <= after_ns;
+  }
+  CHECK(stamped_on_arrival);
 }
 
 TEST_CASE("Frames that found no room in the receiver's queue are counted", "[vcan]") {

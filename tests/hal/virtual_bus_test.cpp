@@ -5,7 +5,8 @@
 
 using namespace tendril::hal;
 
-TEST_CASE("A frame reaches all other nodes after the delay and in order", "[unit]") {
+TEST_CASE("A frame reaches all other nodes after the delay, in order, with the time of its arrival",
+          "[unit]") {
   VirtualBus bus(1000);
   VirtualEndpoint& a = bus.attach("a");
   VirtualEndpoint& b = bus.attach("b");
@@ -16,11 +17,13 @@ TEST_CASE("A frame reaches all other nodes after the delay and in order", "[unit
   CHECK(b.send({.id = 2}) == SendResult::kSent);
   bus.set_time(999);
   CHECK_FALSE(c.receive(frame));
-  bus.set_time(1500);
+  bus.set_time(7000);
   REQUIRE(c.receive(frame));
   CHECK(frame.id == 1);
+  CHECK(frame.stamp_ns == 1000);
   REQUIRE(c.receive(frame));
   CHECK(frame.id == 2);
+  CHECK(frame.stamp_ns == 1500);
   CHECK_FALSE(c.receive(frame));
   REQUIRE(a.receive(frame));  // not its own
   CHECK(frame.id == 2);

@@ -21,7 +21,10 @@ constexpr int kWastedPages = 1000;
 /// Drives that are known and enabled as soon as they are asked, and that answer with what they were told.
 class ObedientDrives final : public hal::DriveMaster {
  public:
-  void receive(const hal::Frame&, std::int64_t) noexcept override { ++received; }
+  void receive(const hal::Frame&, std::int64_t arrival_ns) noexcept override {
+    ++received;
+    last_arrival_ns = arrival_ns;
+  }
   const hal::Measurement& measure(hal::BusHealth, std::int64_t now_ns) noexcept override {
     measurement_.stamp_ns = now_ns;
     measurement_.axes = 1;
@@ -40,6 +43,7 @@ class ObedientDrives final : public hal::DriveMaster {
   std::string describe(const hal::DriveFault&) const override { return {}; }
 
   int received = 0;
+  std::int64_t last_arrival_ns = 0;
   std::chrono::milliseconds stall{0};  ///< how long the hundredth command takes
   int waste_at = 0;                    ///< the command that makes heap calls and page faults; 0: none
 
@@ -86,6 +90,7 @@ struct Loop {
 TEST_CASE("A cycle reads what has arrived, writes its frames in order, feeds back and records", "[unit]") {
   const auto rig = std::make_unique<Loop>();
   std::int64_t now_ns = 1000 * kMillisecond;
+  rig->medium.set_time(now_ns);
   rig->peer.send({0x181, false, 6, {}});
   rig->peer.send({0x181, false, 6, {}});
   for (int k = 0; k < 20; ++k) {
@@ -94,6 +99,7 @@ TEST_CASE("A cycle reads what has arrived, writes its frames in order, feeds bac
     rig->loop.cycle(now_ns, now_ns, 0);
   }
   CHECK(rig->drives.received == 2);
+  CHECK(rig->drives.last_arrival_ns == 1000 * kMillisecond);
   hal::Frame frame;
   REQUIRE(rig->peer.receive(frame));
   CHECK(frame.id == 0x201);
