@@ -222,7 +222,8 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
     limits.iteration_cap = judge_qp(config, time_iteration(*robot, config)).cap;
   rt::Controller controller(limits);
 
-  const auto bus = hal::open_bus(options.bus.empty() ? config.bus.name : options.bus, hal::BusRole::kJoin);
+  const auto bus = hal::open_bus(options.bus.empty() ? config.bus.name : options.bus, hal::BusRole::kJoin,
+                                 master.identifiers());
   const size_t m = config.actuators.size();
   spdlog::info("{}: {} on {}", config.robot, m == 1 ? "one actuator" : fmt::format("{} actuators", m),
                bus->describe());

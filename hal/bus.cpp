@@ -18,9 +18,10 @@ const char* to_text(BusHealth health) noexcept {
   return "down";
 }
 
-std::unique_ptr<Bus> open_bus(const std::string& name, BusRole role, int64_t wait_ns) {
+std::unique_ptr<Bus> open_bus(const std::string& name, BusRole role, std::span<const uint32_t> wanted,
+                              int64_t wait_ns) {
   constexpr std::string_view kLocal = "local:";
-  if (!name.starts_with(kLocal)) return open_socketcan(name);
+  if (!name.starts_with(kLocal)) return open_socketcan(name, wanted);
   const std::string path = name.substr(kLocal.size());
   return role == BusRole::kHost ? host_local_bus(path) : join_local_bus(path, wait_ns);
 }

@@ -78,9 +78,12 @@ inline constexpr int64_t kJoinWait_ns = 5'000'000'000;
 /// Opens the bus of that name.
 /// @param name     "local:PATH" for a bus on a UNIX socket, anything else is a CAN interface ("can0")
 /// @param role     who listens on a local bus; no difference on CAN
+/// @param wanted   11-bit identifiers of the frames to receive: on CAN the kernel keeps all others away from
+///                 the caller, a local bus need not. Empty: all frames
 /// @param wait_ns  how long a joiner retries while nobody listens at PATH
 /// @throws BusError where it cannot be opened
 /// Real-time: no (allocates, may sleep).
-std::unique_ptr<Bus> open_bus(const std::string& name, BusRole role, int64_t wait_ns = kJoinWait_ns);
+std::unique_ptr<Bus> open_bus(const std::string& name, BusRole role, std::span<const uint32_t> wanted = {},
+                              int64_t wait_ns = kJoinWait_ns);
 
 }  // namespace tendril::hal

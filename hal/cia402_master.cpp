@@ -45,6 +45,16 @@ Cia402Master::Cia402Master(MasterConfig config) : config_(checked(std::move(conf
   measurement_.axes = static_cast<int>(axes_.size());
 }
 
+std::vector<uint32_t> Cia402Master::identifiers() const {
+  std::vector<uint32_t> ids;
+  if (config_.tracker_id != 0) ids.push_back(config_.tracker_id);
+  for (const AxisConfig& axis : config_.axes)
+    for (const uint32_t base : {kEmergencyBase, kSdoAnswerBase, kHeartbeatBase})
+      ids.push_back(base + axis.node);
+  for (const AxisConfig& axis : config_.axes) ids.push_back(axis.tpdo_cob_id());
+  return ids;
+}
+
 void Cia402Master::receive(const Frame& frame, int64_t arrival_ns) noexcept {
   if (config_.tracker_id != 0 && frame.id == config_.tracker_id && !frame.extended) {
     if (const auto sample = decode_tracker(frame)) {

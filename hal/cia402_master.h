@@ -21,6 +21,7 @@ class Cia402Master final : public DriveMaster {
   /// Real-time: no (allocates).
   explicit Cia402Master(MasterConfig config);
 
+  std::vector<uint32_t> identifiers() const override;
   void receive(const Frame& frame, int64_t arrival_ns) noexcept override;
   const Measurement& measure(BusHealth health, int64_t now_ns) noexcept override;
   void command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept override;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "hal/bus.h"
 #include "hal/frame_batch.h"
@@ -77,6 +78,10 @@ struct Command {
 class DriveMaster {
  public:
   virtual ~DriveMaster() = default;
+
+  /// The 11-bit identifiers of all frames that `receive` has a use for.
+  /// Real-time: no (allocates).
+  virtual std::vector<uint32_t> identifiers() const = 0;
 
   /// Takes in one frame of the bus; frames of others are ignored.
   /// @param arrival_ns  when it arrived, which may be well before it was read

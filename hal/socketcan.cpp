@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <vector>
 
 #include "hal/arrival_clock.h"
 #include "hal/bus_backends.h"
@@ -186,6 +187,17 @@ Descriptor open_socket(const std::string& interface) {
   return socket;
 }
 
+/// Lets the kernel pass data frames of these identifiers only, or of all where there are none.
+void filter(const Descriptor& socket, const std::string& interface, std::span<const uint32_t> wanted) {
+  if (wanted.empty()) return;
+  std::vector<can_filter> filters;
+  for (const uint32_t id : wanted) filters.push_back({id, CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG});
+  const auto size = static_cast<socklen_t>(filters.size() * sizeof(can_filter));
+  if (::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), size) != 0)
+    refuse("cannot listen to " + std::to_string(wanted.size()) + " identifiers on '" + interface +
+           "': " + reason() + "; the kernel takes up to " + std::to_string(CAN_RAW_FILTER_MAX));
+}
+
 void require_up(const Descriptor& socket, const std::string& interface) {
   ifreq request{};
   interface.copy(request.ifr_name, IFNAMSIZ - 1);
@@ -198,12 +210,13 @@ void require_up(const Descriptor& socket, const std::string& interface) {
 
 }  // namespace
 
-std::unique_ptr<Bus> open_socketcan(const std::string& interface) {
+std::unique_ptr<Bus> open_socketcan(const std::string& interface, std::span<const uint32_t> wanted) {
   const unsigned index = interface.size() < IFNAMSIZ ? ::if_nametoindex(interface.c_str()) : 0;
   if (index == 0)
     refuse("there is no CAN interface '" + interface +
            "'; `ip link` lists them; use local:PATH where the kernel has no CAN");
   Descriptor socket = open_socket(interface);
+  filter(socket, interface, wanted);
   sockaddr_can address{};
   address.can_family = AF_CAN;
   address.can_ifindex = static_cast<int>(index);

@@ -1,7 +1,9 @@
 #include "hal/cia402_master.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <set>
 
 #include "hal/tracker.h"
 #include "rig.h"
@@ -228,4 +230,33 @@ TEST_CASE("The tracker's sightings come with the instant of exposure and grow st
   CHECK(rig.measured.tracker_position[2] == Approx(0.125));
   rig.run_for(120 * kMillisecond_ns);
   CHECK_FALSE(rig.measured.tracker_fresh);
+}
+
+TEST_CASE("The master gets along with the identifiers it names, in a whole life of the drives", "[unit]") {
+  MasterConfig config = config_of(3);
+  config.axes[2].tpdo_id = 0x3A5;
+  config.tracker_id = 0x7E0;
+  Rig rig(config);
+  const std::vector<uint32_t> ids = rig.master.identifiers();
+  const auto named = [&ids](const Frame& frame) {
+    return std::find(ids.begin(), ids.end(), frame.id) != ids.end();
+  };
+  std::set<uint32_t> used;
+  rig.tamper = [&](int, Frame& frame) {
+    used.insert(frame.id);
+    return named(frame);
+  };
+  REQUIRE(rig.enable());
+  rig.drives[0].inject_fault(0x4310);
+  rig.run_for(50'000'000);
+  CHECK(rig.measured.fault.code == 0x4310);  // which only the emergency tells
+  rig.command.enable = false;
+  rig.command.finish = true;
+  REQUIRE(rig.run_until([&] { return rig.measured.finished; }));
+  CHECK(named({.id = 0x7E0}));
+  // ... and names no more than the drives have used, and those of emergencies and the tracker.
+  for (const uint32_t id : ids) {
+    CAPTURE(id);
+    CHECK((used.count(id) == 1 || (id > 0x080 && id <= 0x083) || id == 0x7E0));
+  }
 }

@@ -250,10 +250,10 @@ TEST_CASE("A stale socket is replaced, a live one and a file are not", "[unit]")
 
 TEST_CASE("A joiner without a host says what to start", "[unit]") {
   const SocketPath at;
-  CHECK_THROWS_WITH(open_bus(at.name(), BusRole::kJoin, kShort_ns), Catch::Contains(at.path()) &&
-                                                                        Catch::Contains("50 ms") &&
-                                                                        Catch::Contains("start the plant"));
-  CHECK_THROWS_WITH(open_bus("local:", BusRole::kJoin, kShort_ns), Catch::Contains("characters"));
+  CHECK_THROWS_WITH(
+      open_bus(at.name(), BusRole::kJoin, {}, kShort_ns),
+      Catch::Contains(at.path()) && Catch::Contains("50 ms") && Catch::Contains("start the plant"));
+  CHECK_THROWS_WITH(open_bus("local:", BusRole::kJoin, {}, kShort_ns), Catch::Contains("characters"));
   CHECK_THROWS_WITH(open_bus("local:" + std::string(200, 'x'), BusRole::kHost),
                     Catch::Contains("107 characters"));
   CHECK_THROWS_WITH(open_bus("local:/nowhere/at/all", BusRole::kHost), Catch::Contains("folder must exist"));
@@ -262,7 +262,7 @@ TEST_CASE("A joiner without a host says what to start", "[unit]") {
 TEST_CASE("A joiner waits for a host that comes later", "[unit]") {
   const SocketPath at;
   std::unique_ptr<Bus> joiner;
-  std::thread thread([&] { joiner = open_bus(at.name(), BusRole::kJoin, 30'000'000'000); });
+  std::thread thread([&] { joiner = open_bus(at.name(), BusRole::kJoin, {}, 30'000'000'000); });
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
   const auto host = open_bus(at.name(), BusRole::kHost);
   thread.join();
@@ -289,7 +289,7 @@ TEST_CASE("Two processes talk over a local bus, and the death of one is seen", "
     }
     ::_exit(1);
   }
-  const auto joiner = open_bus(at.name(), BusRole::kJoin, 30'000'000'000);
+  const auto joiner = open_bus(at.name(), BusRole::kJoin, {}, 30'000'000'000);
   Frame frame;
   for (int i = 1; i <= 100; ++i) {
     REQUIRE(joiner->send({.id = 1, .length = 1, .data = {static_cast<uint8_t>(i)}}) == SendResult::kSent);

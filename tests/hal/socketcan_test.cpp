@@ -154,6 +154,33 @@ TEST_CASE("A frame from a real SocketCAN interface tells when the kernel got it,
   CHECK(stamped_on_arrival);
 }
 
+TEST_CASE("A bus opened for some identifiers hears these, and nothing else reaches its queue", "[vcan]") {
+  if (skipped_without_vcan0()) return;
+  const std::vector<uint32_t> wanted = {0x181, 0x701};
+  const auto bus = open_bus("vcan0", BusRole::kJoin, wanted);
+  const pollfd readable{bus->descriptor(), POLLIN, 0};
+  for (const canid_t id : {0x182u, 0x181u | CAN_EFF_FLAG, 0x181u | CAN_RTR_FLAG, 0x7FFu}) {
+    CAPTURE(id);
+    can_frame foreign{};
+    foreign.can_id = id;
+    put("vcan0", foreign);
+    pollfd descriptor = readable;
+    CHECK(::poll(&descriptor, 1, 0) == 0);  // who waits for the bus is not even woken
+  }
+  Frame frame;
+  const auto other = open_bus("vcan0", BusRole::kHost);
+  for (const uint32_t id : wanted) {
+    REQUIRE(other->send({.id = id}) == SendResult::kSent);
+    REQUIRE(bus->receive(frame));
+    CHECK(frame.id == id);
+  }
+  put_error("vcan0", CAN_ERR_BUSOFF, 0);  // of the controller it hears all the same
+  CHECK_FALSE(bus->receive(frame));
+  CHECK(bus->health() == BusHealth::kOff);
+  CHECK_THROWS_WITH(open_bus("vcan0", BusRole::kJoin, std::vector<uint32_t>(513, 1)),
+                    Catch::Contains("513 identifiers") && Catch::Contains("512"));
+}
+
 TEST_CASE("Frames that found no room in the receiver's queue are counted", "[vcan]") {
   if (skipped_without_vcan0()) return;
   const auto a = open_bus("vcan0", BusRole::kHost), b = open_bus("vcan0", BusRole::kJoin);

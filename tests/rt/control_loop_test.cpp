@@ -21,6 +21,7 @@ constexpr int kWastedPages = 1000;
 /// Drives that are known and enabled as soon as they are asked, and that answer with what they were told.
 class ObedientDrives final : public hal::DriveMaster {
  public:
+  std::vector<std::uint32_t> identifiers() const override { return {0x181}; }
   void receive(const hal::Frame&, std::int64_t arrival_ns) noexcept override {
     ++received;
     last_arrival_ns = arrival_ns;
