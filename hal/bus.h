@@ -22,6 +22,11 @@ enum class BusHealth : uint8_t { kActive, kPassive, kOff, kDown };
 /// "error-active", "error-passive", "bus-off" or "down". Real-time: yes.
 const char* to_text(BusHealth health) noexcept;
 
+/// More frames than wait in the queue of a SocketCAN interface, whatever its users do: who has room for as
+/// many in each `receive` leaves none behind, so that feedback is never older than the time between two of
+/// them. The queue has room for 16 ms of a bus of 1 Mbit/s that carries nothing but frames for us.
+inline constexpr int kMaxWaiting = 512;
+
 /// A bus that cannot be opened; what() is one sentence that says where, why and what to do.
 struct BusError : std::runtime_error {
   using std::runtime_error::runtime_error;

@@ -61,7 +61,7 @@ class ControlLoop {
   /// @param woken_ns       the instant of the call
   /// @param late_in_a_row  cycles before this one that ended late, in a row
   /// @return  valid until the next call; its timing fields are the caller's to fill
-  /// Real-time: bounded by the QP's cap and kFramesPerCycle; allocates nothing, takes no lock.
+  /// Real-time: bounded by the QP's cap and hal::kMaxWaiting; allocates nothing, takes no lock.
   TraceRecord& cycle(std::int64_t intended_ns, std::int64_t woken_ns, int late_in_a_row) noexcept;
 
   /// The stages of a cycle, each handed what the one before it returned. Whoever times them calls them one by
@@ -79,9 +79,6 @@ class ControlLoop {
   void run(PeriodicClock& clock, TraceRing& trace, LoopCounts& counts, Progress& progress) noexcept;
 
  private:
-  // More than a bus of 1 Mbit/s can carry in 10 ms; what is left waits for the next cycle.
-  static constexpr int kFramesPerCycle = 256;
-
   hal::Bus& bus_;
   hal::DriveMaster& drives_;
   Controller& controller_;
@@ -90,7 +87,7 @@ class ControlLoop {
   TripleBuffer<Feedback>& feedback_;
   const Requests& requests_;
   const Snapshot* snapshot_ = nullptr;  // this cycle's
-  std::array<hal::Frame, kFramesPerCycle> arrived_;
+  std::array<hal::Frame, hal::kMaxWaiting> arrived_;
   hal::FrameBatch frames_;
   TraceRecord record_;
 };

@@ -197,6 +197,36 @@ TEST_CASE("Frames that found no room in the receiver's queue are counted", "[vca
   CHECK(b->dropped() == static_cast<uint64_t>(accepted - received));
 }
 
+TEST_CASE("A flood of frames for others does not touch the queue", "[vcan]") {
+  if (skipped_without_vcan0()) return;
+  const std::vector<uint32_t> wanted = {0x181};
+  const auto bus = open_bus("vcan0", BusRole::kJoin, wanted), other = open_bus("vcan0", BusRole::kHost);
+  for (int i = 0; i < 20'000; ++i) other->send({.id = 0x182});
+  REQUIRE(other->send({.id = 0x181}) == SendResult::kSent);
+  Frame frame;
+  REQUIRE(bus->receive(frame));
+  CHECK(frame.id == 0x181);
+  CHECK(bus->dropped() == 0);
+}
+
+TEST_CASE("A flood of our own frames is behind us after one reading, and what comes then is new", "[vcan]") {
+  if (skipped_without_vcan0()) return;
+  const auto bus = open_bus("vcan0", BusRole::kJoin), other = open_bus("vcan0", BusRole::kHost);
+  std::vector<Frame> frames(kMaxWaiting);
+  uint64_t lost = 0;
+  for (int round = 0; round < 3; ++round) {
+    for (int i = 0; i < 5000; ++i) other->send({.id = 0x181});
+    const int count = bus->receive(frames);
+    CHECK(count > 340);  // 16 ms of a bus of 1 Mbit/s
+    CHECK(count < kMaxWaiting);
+    REQUIRE(other->send({.id = 0x182}) == SendResult::kSent);
+    REQUIRE(bus->receive(frames) == 1);
+    CHECK(frames[0].id == 0x182);
+    lost += 5000 - count;
+    CHECK(bus->dropped() == lost);
+  }
+}
+
 TEST_CASE("Error frames of the controller become the health of the bus", "[vcan]") {
   if (skipped_without_vcan0()) return;
   const auto bus = open_bus("vcan0", BusRole::kJoin);
