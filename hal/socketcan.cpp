@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <vector>
 
 #include "hal/arrival_clock.h"
@@ -22,8 +23,6 @@ namespace {
 constexpr int kQueueBytes = 128 * 1024;
 // Messages that one system call moves.
 constexpr int kBatch = 64;
-// Error and remote frames that one call of `receive` skips before it lets the caller go on.
-constexpr int kSkipLimit = 32;
 
 /// What recvmmsg and sendmmsg work on, its parts linked once.
 struct Messages {
@@ -73,7 +72,7 @@ class SocketCan final : public Bus {
   int receive(std::span<Frame> frames) noexcept override {
     const int room = static_cast<int>(frames.size());
     int taken = 0;
-    for (int skipped = 0; taken < room && skipped < kSkipLimit;) {
+    for (int skipped = 0; taken < room && skipped < kMaxWaiting;) {
       const int wanted = std::min(room - taken, kBatch);
       clock_.look(read_clock_ns(CLOCK_MONOTONIC), read_clock_ns(CLOCK_REALTIME));
       const int count = read(wanted);
@@ -94,7 +93,9 @@ class SocketCan final : public Bus {
   }
 
   BusHealth health() const noexcept override { return health_; }
-  uint64_t dropped() const noexcept override { return send_dropped_ + receive_dropped_; }
+  uint64_t dropped() const noexcept override {
+    return send_dropped_ + receive_dropped_ + controller_dropped_;
+  }
   int descriptor() const noexcept override { return socket_.get(); }
   std::string describe() const override { return "CAN interface " + interface_; }
 
@@ -154,6 +155,7 @@ class SocketCan final : public Bus {
         health_ = BusHealth::kPassive;
       else if (state & (CAN_ERR_CRTL_ACTIVE | CAN_ERR_CRTL_RX_WARNING | CAN_ERR_CRTL_TX_WARNING))
         health_ = BusHealth::kActive;
+      if (state & (CAN_ERR_CRTL_RX_OVERFLOW | CAN_ERR_CRTL_TX_OVERFLOW)) ++controller_dropped_;
     }
     if (error.can_id & CAN_ERR_BUSOFF) health_ = BusHealth::kOff;
   }
@@ -164,6 +166,7 @@ class SocketCan final : public Bus {
   ArrivalClock clock_{read_clock_ns(CLOCK_MONOTONIC)};
   BusHealth health_ = BusHealth::kActive;
   uint64_t send_dropped_ = 0;
+  uint64_t controller_dropped_ = 0;  // overflows of its own buffers; each may have cost several frames
   uint32_t receive_dropped_ = 0;
 };
 
@@ -210,6 +213,13 @@ void require_up(const Descriptor& socket, const std::string& interface) {
   if (!(request.ifr_flags & IFF_UP))
     refuse("CAN interface '" + interface + "' is down; bring it up, e.g. `ip link set " + interface +
            " up type can bitrate 1000000 restart-ms 100`");
+  bool carrier = true;  // where nobody says so, as without /sys, it is
+  std::ifstream("/sys/class/net/" + interface + "/carrier") >> carrier;
+  if (!carrier)
+    refuse(
+        "CAN interface '" + interface +
+        "' is up, but its controller is bus-off; check cable, termination and bit rate, then `ip link set " +
+        interface + " type can restart`");
 }
 
 }  // namespace

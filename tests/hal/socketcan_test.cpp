@@ -31,9 +31,11 @@ bool wait_for(Bus& bus, Frame& frame) {
   return false;
 }
 
-/// Puts a frame on an interface as it stands, also one that no `Bus` would send.
-void put(const char* interface, const can_frame& frame) {
+/// Puts a frame, can_frame or canfd_frame, on an interface as it stands, also one that no `Bus` would send.
+void put(const char* interface, const auto& frame) {
   const int fd = ::socket(PF_CAN, SOCK_RAW, CAN_RAW);
+  const int on = 1;
+  REQUIRE(::setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on) == 0);
   sockaddr_can address{};
   address.can_family = AF_CAN;
   address.can_ifindex = static_cast<int>(::if_nametoindex(interface));
@@ -56,10 +58,10 @@ class OwnInterface {
  public:
   static constexpr const char* kName = "tendril_test";
 
-  OwnInterface() {
+  explicit OwnInterface(const std::string& state = "up") {
     remove();  // a test that was killed leaves it
     REQUIRE(ip("add dev", "type vcan") == 0);
-    REQUIRE(set("up") == 0);
+    REQUIRE(set(state) == 0);
   }
   ~OwnInterface() { remove(); }
   OwnInterface(const OwnInterface&) = delete;
@@ -246,6 +248,34 @@ TEST_CASE("Error frames of the controller become the health of the bus", "[vcan]
   CHECK(after(CAN_ERR_CRTL, CAN_ERR_CRTL_RX_PASSIVE) == std::string("error-passive"));
   CHECK(after(CAN_ERR_BUSOFF, 0) == std::string("bus-off"));
   CHECK(after(CAN_ERR_RESTARTED, 0) == std::string("error-active"));
+  CHECK(bus->dropped() == 0);
+}
+
+TEST_CASE("Frames that the controller itself has lost are counted", "[vcan]") {
+  if (skipped_without_vcan0()) return;
+  const auto bus = open_bus("vcan0", BusRole::kJoin);
+  Frame frame;
+  for (const auto overflow : std::to_array<uint8_t>({CAN_ERR_CRTL_RX_OVERFLOW, CAN_ERR_CRTL_TX_OVERFLOW})) {
+    const uint64_t before = bus->dropped();
+    put_error("vcan0", CAN_ERR_CRTL, overflow);
+    CHECK_FALSE(bus->receive(frame));
+    CHECK(bus->dropped() == before + 1);
+    CHECK(bus->health() == BusHealth::kActive);
+  }
+}
+
+TEST_CASE("Error frames do not keep back the data frames behind them, however many they are", "[vcan]") {
+  if (skipped_without_vcan0()) return;
+  const auto bus = open_bus("vcan0", BusRole::kJoin);
+  for (int i = 0; i < 200; ++i) put_error("vcan0", CAN_ERR_CRTL, CAN_ERR_CRTL_RX_WARNING);
+  put_error("vcan0", CAN_ERR_CRTL, CAN_ERR_CRTL_RX_PASSIVE);
+  can_frame data{};
+  data.can_id = 0x181;
+  put("vcan0", data);
+  std::array<Frame, kMaxWaiting> frames;
+  REQUIRE(bus->receive(frames) == 1);
+  CHECK(frames[0].id == 0x181);
+  CHECK(bus->health() == BusHealth::kPassive);
 }
 
 TEST_CASE("A remote frame, which asks for data and carries none, is passed over", "[vcan]") {
@@ -260,6 +290,22 @@ TEST_CASE("A remote frame, which asks for data and carries none, is passed over"
   Frame received;
   REQUIRE(wait_for(*bus, received));
   CHECK(received.id == 0x702);
+}
+
+TEST_CASE("A frame of CAN FD, which is longer than any of ours, is passed over", "[vcan]") {
+  if (skipped_without_vcan0() || skipped_without_root()) return;
+  const OwnInterface interface("mtu 72 up");
+  const auto bus = open_bus(interface.kName, BusRole::kJoin);
+  canfd_frame frame{};
+  frame.can_id = 0x181;
+  frame.len = 64;
+  put(interface.kName, frame);
+  can_frame classic{};
+  classic.can_id = 0x182;
+  put(interface.kName, classic);
+  Frame received;
+  REQUIRE(bus->receive(received));
+  CHECK(received.id == 0x182);
 }
 
 TEST_CASE("An interface that goes down is noticed and survived", "[vcan]") {
