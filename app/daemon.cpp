@@ -107,6 +107,7 @@ class Housekeeping {
         stalls_untold_ = true;
       ++cycles_;
       late_ += record.missed;
+      bus_bits_ += record.bus_bits;
       if (recorder_) recorder_->add(record, motion_ ? &*motion_ : nullptr);
       last_ = record;
     }
@@ -147,13 +148,16 @@ class Housekeeping {
             ? "the control thread stands still"
             : fmt::format("{}, {:.0f} of {:g} Hz", rt::name(last_.phase),
                           static_cast<double>(cycles_ - told_cycles_) / elapsed_s, config_.control.rate_hz);
-    line += fmt::format(", late {}, on time {:.3f} %, model {:.0f} Hz", late_, on_time_percent(),
-                        static_cast<double>(refreshes - told_refreshes_) / elapsed_s);
+    line +=
+        fmt::format(", late {}, on time {:.3f} %, bus {:.0f} %, model {:.0f} Hz", late_, on_time_percent(),
+                    100 * static_cast<double>(bus_bits_ - told_bus_bits_) / elapsed_s / config_.bus.bitrate,
+                    static_cast<double>(refreshes - told_refreshes_) / elapsed_s);
     for (const rt::FaultRule& rule : rt::kFaultTable)
       if (last_.faults.has(rule.fault)) line += fmt::format("; {}", rule.words);
     service_.status(line);
     told_ns_ = now_ns;
     told_cycles_ = cycles_;
+    told_bus_bits_ = bus_bits_;
     told_refreshes_ = refreshes;
   }
 
@@ -191,9 +195,9 @@ class Housekeeping {
   std::optional<Motion> motion_;
   rt::TraceRecord last_;
   std::int64_t running_since_ns_ = 0, next_progress_ns_ = 0, next_tale_ns_ = 0;
-  std::int64_t cycles_ = 0, late_ = 0;
+  std::int64_t cycles_ = 0, late_ = 0, bus_bits_ = 0;
   bool stalls_untold_ = false;  // a page fault or heap call that nobody has been told of
-  std::int64_t told_ns_ = rt::now_ns(), told_cycles_ = 0;  // with the last status
+  std::int64_t told_ns_ = rt::now_ns(), told_cycles_ = 0, told_bus_bits_ = 0;  // with the last status
   std::uint64_t told_refreshes_ = 0;
 };
 

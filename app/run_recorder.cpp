@@ -82,7 +82,10 @@ void RunRecorder::add(const rt::TraceRecord& record, const Motion* motion) {
   write_row(record, motion, new_sample);
 
   if (record.phase == rt::Phase::kRunning) {
-    if (running_since_ns_ == 0) running_since_ns_ = record.intended_ns;
+    if (running_since_ns_ == 0)
+      running_since_ns_ = record.intended_ns;
+    else
+      bus_bits_ += record.bus_bits;  // those of the first cycle came before it
     running_until_ns_ = record.intended_ns;
     for (const rt::FaultRule& rule : rt::kFaultTable)
       if (record.faults.has(rule.fault)) ++fault_cycles_[static_cast<size_t>(rule.fault)];
@@ -155,7 +158,8 @@ void RunRecorder::finish(const RunFacts& facts, const rt::LoopCounts& counts) {
   summary["effector_dofs"] = effector_coordinates_;
   summary["bus"] = facts.bus;
   summary["control_rate_hz"] = config_.control.rate_hz;
-  summary["duration_s"] = 1e-9 * static_cast<double>(running_until_ns_ - running_since_ns_);
+  const double duration_s = 1e-9 * static_cast<double>(running_until_ns_ - running_since_ns_);
+  summary["duration_s"] = duration_s;
   summary["cycles"] = counts.cycles;
   summary["late_cycles"] = counts.late_cycles;
   summary["success_rate"] = counts.success_rate();
@@ -171,6 +175,8 @@ void RunRecorder::finish(const RunFacts& facts, const rt::LoopCounts& counts) {
                    {"major_faults", counts.page_faults.major}, {"minor_faults", counts.page_faults.minor}};
   summary["wakeup_us"] = microseconds(counts.wakeup);
   summary["cycle_us"] = microseconds(counts.cycle);
+  summary["bus_load"] =
+      duration_s > 0 ? static_cast<double>(bus_bits_) / duration_s / config_.bus.bitrate : 0.0;
   summary["trace_dropped"] = facts.trace_dropped;
   summary["bus_dropped"] = facts.bus_dropped;
   summary["faults"] = faults;

@@ -69,6 +69,7 @@ class RunRecorder {
   std::map<std::string, std::int64_t> statuses_;
   std::array<std::int64_t, rt::kFaultKinds> fault_cycles_{};
   int iterations_max_ = 0;
+  std::int64_t bus_bits_ = 0;
 };
 
 }  // namespace tendril::app

@@ -1,9 +1,18 @@
 #include "rt/control_loop.h"
 
+#include <span>
+
+#include "hal/bus_budget.h"
 #include "rt/heap_guard.h"
 
 namespace tendril::rt {
 namespace {
+
+int bits_of(std::span<const hal::Frame> frames) noexcept {
+  int bits = 0;
+  for (const hal::Frame& frame : frames) bits += hal::worst_case_bits(frame.length, frame.extended);
+  return bits;
+}
 
 void fill(TraceRecord& record, std::int64_t now_ns, const hal::Measurement& measurement,
           const Snapshot* snapshot, const Decision& decision) noexcept {
@@ -54,6 +63,7 @@ ControlLoop::ControlLoop(hal::Bus& bus, hal::DriveMaster& drives, Controller& co
 const hal::Measurement& ControlLoop::read(std::int64_t woken_ns) noexcept {
   const int count = bus_.receive(arrived_);
   for (int k = 0; k < count; ++k) drives_.receive(arrived_[k], arrived_[k].stamp_ns);
+  record_.bus_bits = bits_of(std::span(arrived_).first(count));
   return drives_.measure(bus_.health(), woken_ns);
 }
 
@@ -70,7 +80,8 @@ TraceRecord& ControlLoop::write(const hal::Measurement& measurement, const Decis
                                 std::int64_t intended_ns, std::int64_t woken_ns) noexcept {
   frames_.clear();
   drives_.command(decision.command, woken_ns, frames_);
-  bus_.send(frames_);  // what the queue cannot take is counted by the bus
+  // What the queue cannot take is counted by the bus.
+  if (bus_.send(frames_) == hal::SendResult::kSent) record_.bus_bits += bits_of(frames_);
 
   fill(feedback_.back(), intended_ns, measurement, decision);
   feedback_.publish();

@@ -15,6 +15,7 @@ struct TraceRecord {
   std::int64_t read_ns = 0;      ///< of the cycle's work: taking in what the bus has brought
   std::int64_t solve_ns = 0;     ///< of the cycle's work: snapshot, target, QP; what remains is writing
   std::int64_t cycle_ns = 0;     ///< from wake-up to the end of the cycle's work
+  int bus_bits = 0;              ///< of the frames read and written, each with all stuff bits it can need
   std::int64_t missed = 0;       ///< deadlines skipped because this cycle ended late
   std::int64_t heap_calls = 0;   ///< of the thread since the loop began; 0 where they cannot be counted
   std::int64_t page_faults = 0;  ///< of the thread since the loop began, minor and major

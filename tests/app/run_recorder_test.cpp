@@ -59,6 +59,17 @@ struct Recording {
   std::unique_ptr<rt::LoopCounts> counts = std::make_unique<rt::LoopCounts>();
 };
 
+TEST_CASE("The report tells what share of the bus our frames took", "[unit]") {
+  Recording recording;
+  recording.config.bus.bitrate = 500'000;
+  for (int at_ms = 0; at_ms <= 100; ++at_ms) {
+    rt::TraceRecord record = recording.cycle(at_ms);
+    record.bus_bits = at_ms == 0 ? 1'000'000 : 300;  // what came before the first cycle does not count
+    recording.recorder.add(record, nullptr);
+  }
+  CHECK(recording.finish()["bus_load"].get<double>() == Approx(0.6));
+}
+
 TEST_CASE("A sighting is compared with where the target was when the camera saw the tip", "[unit]") {
   Recording run;
   // Seen at 1000 ms, when 10 mm were wanted, and known at 1200 ms, when 12 mm are.

@@ -107,7 +107,10 @@ TEST_CASE("A cycle reads what has arrived, writes its frames in order, feeds bac
   REQUIRE(rig->peer.receive(frame));
   CHECK(frame.id == 0x080);
 
+  rig->medium.set_time(now_ns);
+  rig->peer.send({0x701, false, 1, {}});
   const TraceRecord& record = rig->loop.cycle(now_ns + kMillisecond, now_ns + kMillisecond, 0);
+  CHECK(record.bus_bits == 65 + 115 + 55);  // the heartbeat, a frame with 6 bytes, SYNC
   CHECK(record.phase == Phase::kRunning);
   CHECK(record.intended_ns == now_ns + kMillisecond);
   CHECK(record.snapshot_sequence > 0);
