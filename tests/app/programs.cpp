@@ -48,8 +48,10 @@ int line_of(const std::string& piece) {
   return 1 + static_cast<int>(std::count(text.begin(), text.begin() + at, '\n'));
 }
 
-Workbench::Workbench(const Changes& changes)
-    : file_(patient_finger(changes)), plant_({kPlant, file_.path().string(), "--bus", bus()}) {
+Workbench::Workbench(const Changes& changes, const std::string& bus)
+    : file_(patient_finger(changes)),
+      bus_(bus.empty() ? "local:" + (file_.folder() / "bus").string() : bus),
+      plant_({kPlant, file_.path().string(), "--bus", bus_}) {
   if (!plant_.says("ready")) throw std::runtime_error("the plant did not come up: " + plant_.err());
 }
 

@@ -25,23 +25,25 @@ std::string finger(const Changes& changes = {});
 /// The number of the line of finger() on which a piece first stands.
 int line_of(const std::string& piece);
 
-/// Both programs on a local bus, on a finger that is patient with a busy machine: it runs at a third of its
+/// Both programs on a bus, on a finger that is patient with a busy machine: it runs at a third of its
 /// rate and waits longer before it calls something late. Folder, bus and plant go with the object.
 class Workbench {
  public:
   /// Starts the plant and waits for its bus.
+  /// @param bus  a CAN interface; empty: a local bus of the bench's own
   /// @throws std::runtime_error with what the plant says where it does not come up
-  explicit Workbench(const Changes& changes = {});
+  explicit Workbench(const Changes& changes = {}, const std::string& bus = {});
 
   /// The command line of the daemon on this bench, and what is added to it.
   std::vector<std::string> daemon(const std::vector<std::string>& more = {}) const;
 
   Process& plant() { return plant_; }
-  std::string bus() const { return "local:" + (file_.folder() / "bus").string(); }
+  std::string bus() const { return bus_; }
   std::filesystem::path report() const { return file_.folder() / "report"; }
 
  private:
   RobotFile file_;
+  std::string bus_;
   Process plant_;
 };
 

@@ -1,24 +1,21 @@
 #include <linux/can.h>
 #include <linux/can/error.h>
-#include <linux/can/raw.h>
-#include <net/if.h>
 #include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <array>
 #include <catch2/catch.hpp>
 #include <chrono>
-#include <cstdlib>
 #include <thread>
 #include <vector>
 
 #include "hal/bus.h"
 #include "heap_count.h"
+#include "raw_can.h"
 #include "vcan0.h"
 
 using namespace tendril::hal;
-using testing::skipped_without_vcan0;
+using testing::OwnInterface, testing::put, testing::put_error;
+using testing::skipped_without_root, testing::skipped_without_vcan0;
 
 namespace {
 
@@ -29,57 +26,6 @@ bool wait_for(Bus& bus, Frame& frame) {
     ::poll(&descriptor, 1, 50);
   }
   return false;
-}
-
-/// Puts a frame, can_frame or canfd_frame, on an interface as it stands, also one that no `Bus` would send.
-void put(const char* interface, const auto& frame) {
-  const int fd = ::socket(PF_CAN, SOCK_RAW, CAN_RAW);
-  const int on = 1;
-  REQUIRE(::setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on) == 0);
-  sockaddr_can address{};
-  address.can_family = AF_CAN;
-  address.can_ifindex = static_cast<int>(::if_nametoindex(interface));
-  REQUIRE(::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
-  REQUIRE(::write(fd, &frame, sizeof frame) == sizeof frame);
-  ::close(fd);
-}
-
-/// Puts a controller's error frame on an interface, as its driver would.
-void put_error(const char* interface, uint32_t error_class, uint8_t controller_state) {
-  can_frame error{};
-  error.can_id = CAN_ERR_FLAG | error_class;
-  error.can_dlc = CAN_ERR_DLC;
-  error.data[1] = controller_state;
-  put(interface, error);
-}
-
-/// A virtual CAN interface of the test's own, which it may take down; gone with the object.
-class OwnInterface {
- public:
-  static constexpr const char* kName = "tendril_test";
-
-  explicit OwnInterface(const std::string& state = "up") {
-    remove();  // a test that was killed leaves it
-    REQUIRE(ip("add dev", "type vcan") == 0);
-    REQUIRE(set(state) == 0);
-  }
-  ~OwnInterface() { remove(); }
-  OwnInterface(const OwnInterface&) = delete;
-  OwnInterface& operator=(const OwnInterface&) = delete;
-
-  int set(const std::string& state) const { return ip("set", state); }
-  int remove() const { return ip("del", "2>/dev/null"); }
-
- private:
-  static int ip(const std::string& verb, const std::string& rest) {
-    return std::system(("ip link " + verb + " " + kName + " " + rest).c_str());
-  }
-};
-
-bool skipped_without_root() {
-  if (::geteuid() == 0) return false;
-  WARN("skipped: only root may make and remove interfaces");
-  return true;
 }
 
 }  // namespace
