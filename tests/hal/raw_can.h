@@ -41,9 +41,9 @@ class OwnInterface {
  public:
   static constexpr const char* kName = "tendril_test";
 
-  explicit OwnInterface(const std::string& state = "up") {
+  explicit OwnInterface(const std::string& state = "up", const std::string& type = "vcan") {
     remove();  // a test that was killed leaves it
-    REQUIRE(ip("add dev", "type vcan") == 0);
+    REQUIRE(ip("add dev", "type " + type) == 0);
     REQUIRE(set(state) == 0);
   }
   ~OwnInterface() { remove(); }

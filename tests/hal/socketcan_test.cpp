@@ -5,6 +5,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <cstdlib>
 #include <thread>
 #include <vector>
 
@@ -236,6 +237,39 @@ TEST_CASE("A remote frame, which asks for data and carries none, is passed over"
   Frame received;
   REQUIRE(wait_for(*bus, received));
   CHECK(received.id == 0x702);
+}
+
+TEST_CASE("A transmit queue that is full takes no frame after the one it refused, and is no end of the bus",
+          "[vcan]") {
+  if (skipped_without_vcan0() || skipped_without_root()) return;
+  const OwnInterface interface;
+  // A bus on which a frame takes minutes, and a queue of three frames.
+  if (std::system("tc qdisc add dev tendril_test root netem limit 3 delay 200s") != 0) {
+    WARN("skipped: no sch_netem in this kernel, or no tc, to make an interface slow with");
+    return;
+  }
+  const auto a = open_bus(interface.kName, BusRole::kHost), b = open_bus(interface.kName, BusRole::kJoin);
+  const std::array<Frame, 5> cycle{Frame{.id = 1}, Frame{.id = 2}, Frame{.id = 3}, Frame{.id = 4},
+                                   Frame{.id = 5}};
+  CHECK(a->send(cycle) == SendResult::kQueueFull);
+  CHECK(a->dropped() == 2);
+  CHECK(a->health() == BusHealth::kActive);
+  std::array<Frame, 5> received;
+  REQUIRE(b->receive(received) == 3);  // others on this machine hear what the queue took
+  for (int i = 0; i < 3; ++i) CHECK(received[i] == cycle[i]);
+  REQUIRE(std::system("tc qdisc del dev tendril_test root") == 0);
+  CHECK(a->send(cycle) == SendResult::kSent);
+  CHECK(a->dropped() == 2);
+}
+
+TEST_CASE("An interface whose controller is bus-off is refused with what to do", "[vcan]") {
+  if (skipped_without_vcan0() || skipped_without_root()) return;
+  // To the kernel, a pair of which one end is down looks like a controller that is bus-off: no carrier.
+  const OwnInterface interface("up", "vxcan peer name tendril_peer");
+  CHECK_THROWS_WITH(open_bus(interface.kName, BusRole::kJoin),
+                    Catch::Contains("bus-off") && Catch::Contains("type can restart"));
+  REQUIRE(std::system("ip link set tendril_peer up") == 0);
+  CHECK_NOTHROW(open_bus(interface.kName, BusRole::kJoin));
 }
 
 TEST_CASE("A frame of CAN FD, which is longer than any of ours, is passed over", "[vcan]") {
