@@ -18,7 +18,14 @@ class UsageTest(unittest.TestCase):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
         self.root = Path(self.folder.name)
-        for name in ("tools/validate", "tools/bench", "tests/validation/cases.cpp"):
+        for name in (
+            "tools/validate",
+            "tools/bench",
+            "tools/vcan",
+            "tools/rt-kernel",
+            "tools/other_kernel.sh",
+            "tests/validation/cases.cpp",
+        ):
             (self.root / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, self.root / name)
 
@@ -48,6 +55,19 @@ class UsageTest(unittest.TestCase):
             ended = self.run_command("bench", *arguments)
             self.assertEqual(ended.returncode, 2)
             self.assertEqual(ended.stderr, f"bench: {said}\n")
+
+    def test_other_kernels_refuse_what_they_cannot_run(self):
+        for name in ("vcan", "rt-kernel"):
+            for arguments, said in (
+                (["--timeout", "soon", "true"], "--timeout needs whole seconds, not 'soon'"),
+                (["--timeout"], "--timeout needs whole seconds, not ''"),
+                (["--fast", "true"], f"does not know --fast; tools/{name} --help lists what it does"),
+            ):
+                ended = self.run_command(name, *arguments)
+                self.assertEqual((ended.returncode, ended.stderr), (2, f"{name}: {said}\n"))
+            ended = self.run_command(name)
+            self.assertEqual(ended.returncode, 2)
+            self.assertTrue(ended.stderr.startswith(f"usage: tools/{name} "), ended.stderr)
 
 
 if __name__ == "__main__":
