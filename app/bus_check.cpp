@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/robot.h"
+#include "hal/drive_protocol.h"
 
 namespace tendril::app {
 

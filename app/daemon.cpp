@@ -24,7 +24,7 @@
 #include "app/service_manager.h"
 #include "app/stop_signal.h"
 #include "hal/bus.h"
-#include "hal/cia402_master.h"
+#include "hal/drive_protocol.h"
 #include "rt/idle_latency_limit.h"
 #include "rt/memory.h"
 #include "rt/periodic_clock.h"
@@ -220,7 +220,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   const auto counts = std::make_unique<rt::LoopCounts>();
   std::optional<RunRecorder> recorder;
   if (!options.report.empty()) recorder.emplace(config, options.report);
-  hal::Cia402Master master(master_config(config));
+  const auto master = hal::make_master(master_config(config));
   rt::ControllerConfig limits = controller_config(config);
   if (!config.control.iteration_cap)
     limits.iteration_cap = judge_qp(config, time_iteration(*robot, config)).cap;
@@ -231,7 +231,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   const size_t m = config.actuators.size();
   spdlog::info("{}: {} on {}", config.robot, m == 1 ? "one actuator" : fmt::format("{} actuators", m),
                bus->describe());
-  rt::ControlLoop loop(*bus, master, controller, channels->snapshots, channels->targets, channels->feedback,
+  rt::ControlLoop loop(*bus, *master, controller, channels->snapshots, channels->targets, channels->feedback,
                        channels->requests);
   ModelThread model(*robot, config, *channels);
   ServiceManager service;
@@ -257,7 +257,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   }
   model.stop();
 
-  const std::string reason = stop_reason(controller, master);
+  const std::string reason = stop_reason(controller, *master);
   if (!reason.empty()) {
     service.status("stopped: " + reason);
     spdlog::error("stopped: {}", reason);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fem/equilibrium.h"
+#include "hal/drive_protocol.h"
 #include "hal/tracker.h"
 
 namespace tendril::app {
@@ -21,26 +22,20 @@ PlantDrives::PlantDrives(const Config& config, const PlantDisplacements& start)
     : tracker_id_(static_cast<std::uint32_t>(config.bus.tracker_id)),
       tracker_period_ns_(std::llround(1e9 / config.plant->tracker_rate_hz)) {
   const hal::MasterConfig master = master_config(config);
-  for (size_t a = 0; a < config.actuators.size(); ++a) {
-    const hal::AxisScale& scale = master.axes[a].scale;
-    hal::DriveSpec spec;
-    spec.node = master.axes[a].node;
-    spec.top_speed = kSpareSpeed * config.actuators[a].top_rate / std::abs(scale.displacement_per_count());
-    spec.position_counts = start.delta_a[a] / scale.displacement_per_count();
-    drives_.emplace_back(spec);
-    scales_.push_back(scale);
-  }
+  for (size_t a = 0; a < config.actuators.size(); ++a)
+    drives_.push_back(hal::make_drive(master, static_cast<int>(a),
+                                      {kSpareSpeed * config.actuators[a].top_rate, start.delta_a[a]}));
 }
 
 void PlantDrives::serve(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept {
   hal::Frame frame;
   for (int k = 0; k < kFramesPerCall && bus.receive(frame); ++k) {
     answers_.clear();
-    for (auto& drive : drives_) drive.receive(frame, now_ns, answers_);
+    for (auto& drive : drives_) drive->receive(frame, now_ns, answers_);
     bus.send(answers_);
   }
   answers_.clear();
-  for (auto& drive : drives_) drive.advance(now_ns, answers_);
+  for (auto& drive : drives_) drive->advance(now_ns, answers_);
   bus.send(answers_);
   show(bus, tip, now_ns);
 }
@@ -55,8 +50,7 @@ void PlantDrives::show(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) 
 
 PlantDisplacements PlantDrives::displacements() const noexcept {
   PlantDisplacements displacements;
-  for (size_t a = 0; a < drives_.size(); ++a)
-    displacements.delta_a[a] = scales_[a].to_displacement(drives_[a].position_counts());
+  for (size_t a = 0; a < drives_.size(); ++a) displacements.delta_a[a] = drives_[a]->displacement();
   return displacements;
 }
 

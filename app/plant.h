@@ -8,7 +8,7 @@
 #include "app/robot.h"
 #include "fem/dynamics.h"
 #include "hal/bus.h"
-#include "hal/cia402_drive.h"
+#include "hal/simulated_drive.h"
 
 namespace tendril::app {
 
@@ -37,13 +37,12 @@ class PlantDrives {
   /// Where the drives stand now.
   PlantDisplacements displacements() const noexcept;
 
-  hal::Cia402Drive& drive(int axis) { return drives_[axis]; }
+  hal::SimulatedDrive& drive(int axis) { return *drives_[axis]; }
 
  private:
   void show(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept;
 
-  std::vector<hal::Cia402Drive> drives_;
-  std::vector<hal::AxisScale> scales_;
+  std::vector<std::unique_ptr<hal::SimulatedDrive>> drives_;
   std::uint32_t tracker_id_;
   std::int64_t tracker_period_ns_;
   std::int64_t shown_ns_ = 0;

@@ -205,7 +205,7 @@ hal::MasterConfig master_config(const Config& config) {
     result.axes.push_back(axis);
   }
   result.period_ns = nanoseconds(1 / config.control.rate_hz);
-  result.master_node = config.bus.master_node;
+  result.canopen.master_node = config.bus.master_node;
   result.heartbeat_ns = nanoseconds(config.bus.heartbeat);
   result.heartbeat_timeout_ns = nanoseconds(config.bus.heartbeat_timeout);
   result.tracker_id = static_cast<std::uint32_t>(config.bus.tracker_id);

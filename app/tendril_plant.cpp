@@ -98,9 +98,9 @@ int run_plant(const std::string& file, const std::string& bus_name) {
 
 int main(int argc, char** argv) {
   CLI::App cli{
-      "tendril-plant is a simulated robot on the other side of the bus: servo drives that speak CiA 402, a "
-      "body in "
-      "motion with a material of its own (section 'plant' of the robot file), and a camera that shows its "
+      "tendril-plant is a simulated robot on the other side of the bus: servo drives that speak the "
+      "protocol of the robot file, a body in motion with a material of its own (section 'plant' of the robot "
+      "file), and a camera that shows its "
       "tip. It hosts "
       "the bus where that is a local socket, and prints 'ready' once it can be talked to. Ends on "
       "SIGTERM.\n\n"

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "app/inverse_statics.h"
+#include "hal/drive_protocol.h"
 #include "rt/heap_guard.h"
 
 namespace tendril::app {
@@ -25,9 +26,9 @@ VirtualRig::VirtualRig(const Config& config, const VirtualSettings& settings)
       medium_(settings.bus_delay_ns),
       controller_bus_(medium_.attach("controller")),
       plant_bus_(medium_.attach("plant")),
-      master_(master_config(config)),
+      master_(hal::make_master(master_config(config))),
       controller_(controller_config(config)),
-      loop_(controller_bus_, master_, controller_, channels_->snapshots, channels_->targets,
+      loop_(controller_bus_, *master_, controller_, channels_->snapshots, channels_->targets,
             channels_->feedback, channels_->requests),
       refresher_(*robot_, config),
       body_(config, settings.start),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -8,7 +9,7 @@
 #include "app/model_refresher.h"
 #include "app/motion.h"
 #include "app/plant.h"
-#include "hal/cia402_master.h"
+#include "hal/drives.h"
 #include "hal/virtual_bus.h"
 #include "rt/deadline_grid.h"
 
@@ -47,7 +48,7 @@ class VirtualRig {
   const std::vector<PlantTip>& tips() const { return tips_; }      ///< of the body, after every time step
   const std::optional<Motion>& motion() const { return motion_; }  ///< once the controller runs
   const rt::Controller& controller() const { return controller_; }
-  const hal::Cia402Master& master() const { return master_; }
+  const hal::DriveMaster& master() const { return *master_; }
   PlantDisplacements displacements() const { return drives_.displacements(); }
 
   /// Heap calls made by the control loop's cycles so far; always 0 where they cannot be counted.
@@ -84,7 +85,7 @@ class VirtualRig {
   hal::VirtualBus medium_;
   hal::VirtualEndpoint& controller_bus_;
   hal::VirtualEndpoint& plant_bus_;
-  hal::Cia402Master master_;
+  std::unique_ptr<hal::DriveMaster> master_;
   rt::Controller controller_;
   rt::ControlLoop loop_;
   ModelRefresher refresher_;

@@ -186,18 +186,6 @@ std::optional<DriveFeedback> decode_drive_feedback(uint32_t cob_id, const Frame&
   return DriveFeedback{get<uint16_t>(frame.data, 0), get<int32_t>(frame.data, 2)};
 }
 
-double AxisScale::displacement_per_count() const noexcept {
-  const double magnitude = displacement_per_turn / counts_per_turn;
-  return reversed ? -magnitude : magnitude;
-}
-
-int32_t AxisScale::to_counts(double displacement) const noexcept {
-  const double counts = std::round(displacement / displacement_per_count());
-  return static_cast<int32_t>(std::clamp(counts, double{INT32_MIN}, double{INT32_MAX}));
-}
-
-double AxisScale::to_displacement(double counts) const noexcept { return counts * displacement_per_count(); }
-
 int64_t InterpolationPeriod::nanoseconds() const noexcept {
   return value * power_of_ten(9 + std::clamp<int>(exponent, -9, 0));
 }

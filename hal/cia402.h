@@ -85,26 +85,6 @@ Frame encode_drive_feedback(uint32_t cob_id, const DriveFeedback& feedback) noex
 /// Unpacks TPDO 1. @return nothing where the frame has another identifier or length. Real-time: yes.
 std::optional<DriveFeedback> decode_drive_feedback(uint32_t cob_id, const Frame& frame) noexcept;
 
-/// How the displacement of an axis' actuator becomes encoder counts; zero is zero. Displacements are in m
-/// (cable wound up, travel of a rod) or m³ (fluid pumped); the protocol does not care which.
-struct AxisScale {
-  double counts_per_turn = 0;  // encoder counts in one turn of the drive, > 0
-  double displacement_per_turn =
-      0;                  // in the same turn, > 0: a pulley's circumference, a lead, a pump's volume
-  bool reversed = false;  // true where the displacement falls as the count rises
-
-  /// Counts for a displacement, rounded, at the ends of the 32-bit range at most.
-  /// @param displacement  finite
-  /// Real-time: yes.
-  int32_t to_counts(double displacement) const noexcept;
-
-  /// Displacement at that count, which may have a fraction. Real-time: yes.
-  double to_displacement(double counts) const noexcept;
-
-  /// Displacement of one count, negative where reversed. Real-time: yes.
-  double displacement_per_count() const noexcept;
-};
-
 /// A SYNC period as object 60C2 holds it: value · 10^exponent seconds.
 struct InterpolationPeriod {
   uint8_t value = 0;    // 60C2:1, 1..255

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hal/cia402_setup.h"
+
 namespace tendril::hal {
 namespace {
 
@@ -25,12 +27,12 @@ bool in_fault(DriveState state) noexcept {
 Cia402Axis::Cia402Axis(const AxisConfig& axis, const MasterConfig& config)
     : config_(config),
       node_(axis.node),
-      rpdo_id_(axis.rpdo_cob_id()),
-      tpdo_id_(axis.tpdo_cob_id()),
+      rpdo_id_(rpdo_cob_id(axis)),
+      tpdo_id_(tpdo_cob_id(axis)),
       scale_(axis.scale),
       setup_steps_(setup_steps(axis, config)),
       release_steps_(release_steps()),
-      sdo_(axis.node, config.sdo_timeout_ns, config.sdo_attempts) {}
+      sdo_(axis.node, config.canopen.sdo_timeout_ns, config.canopen.sdo_attempts) {}
 
 void Cia402Axis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
   if (const auto feedback = decode_drive_feedback(tpdo_id_, frame)) {
@@ -113,7 +115,7 @@ void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
       stage_since_ns_ = now_ns;
       break;
     case Stage::kBooting:
-      if (now_ns - stage_since_ns_ > config_.boot_timeout_ns) configure();
+      if (now_ns - stage_since_ns_ > config_.canopen.boot_timeout_ns) configure();
       break;
     case Stage::kConfiguring:
       switch (sdo_.advance(now_ns, out)) {

@@ -3,8 +3,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "hal/cia402.h"
 #include "hal/drives.h"
+#include "hal/frame_batch.h"
 #include "hal/master_config.h"
+#include "hal/sdo_sequence.h"
 
 namespace tendril::hal {
 

@@ -300,6 +300,19 @@ void Cia402Drive::watch_master(int64_t now_ns, FrameBatch& out) noexcept {
   if (nmt_ == NmtState::kOperational) nmt_ = NmtState::kPreOperational;
 }
 
+PowerStage Cia402Drive::power_stage() const noexcept {
+  switch (state_) {
+    case DriveState::kEnabled:
+    case DriveState::kQuickStop:
+      return PowerStage::kOn;
+    case DriveState::kFaultReaction:
+    case DriveState::kFault:
+      return PowerStage::kFault;
+    default:
+      return PowerStage::kOff;
+  }
+}
+
 bool Cia402Drive::interpolates() const noexcept {
   return state_ == DriveState::kEnabled &&
          objects_.signed_value(DriveObjects::kModeDisplay) == kModeCyclicPosition;

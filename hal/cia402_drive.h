@@ -5,6 +5,7 @@
 #include "hal/cia402.h"
 #include "hal/drive_objects.h"
 #include "hal/frame_batch.h"
+#include "hal/simulated_drive.h"
 
 namespace tendril::hal {
 
@@ -36,19 +37,26 @@ class Cia402Drive {
   void advance(int64_t now_ns, FrameBatch& out) noexcept;
 
   /// Position of the winch, counts, with its fraction. Real-time: yes.
-  double position_counts() const noexcept { return position_; }
+  double position() const noexcept { return position_; }
 
-  /// State of the power stage. Real-time: yes.
+  /// State of the power drive system. Real-time: yes.
   DriveState state() const noexcept { return state_; }
+
+  /// State of the power stage, whatever the protocol calls it. Real-time: yes.
+  PowerStage power_stage() const noexcept;
 
   /// State as a CANopen slave. Real-time: yes.
   NmtState nmt_state() const noexcept { return nmt_; }
 
-  /// Makes the drive fail with that EMCY error code at the next `advance`, as a hot power stage would.
-  /// Real-time: yes.
+  /// Makes the drive fail with that EMCY error code at the next `advance`. Real-time: yes.
   void inject_fault(uint16_t code) noexcept { injected_fault_ = code; }
 
+  /// Makes it fail as a hot power stage would. Real-time: yes.
+  void overheat() noexcept { inject_fault(kOverheated); }
+
  private:
+  static constexpr uint16_t kOverheated = 0x4310;  // excess temperature of the drive [CiA 402]
+
   void obey_nmt(NmtCommand command) noexcept;
   void serve_sdo(const SdoRequest& request, FrameBatch& out) noexcept;
   SdoAnswer write(const SdoRequest& request, FrameBatch& out) noexcept;

@@ -6,6 +6,7 @@
 #include "hal/cia402_axis.h"
 #include "hal/drives.h"
 #include "hal/master_config.h"
+#include "hal/supervisor.h"
 
 namespace tendril::hal {
 
@@ -17,7 +18,7 @@ namespace tendril::hal {
 /// need Command::reset.
 class Cia402Master final : public DriveMaster {
  public:
-  /// @throws std::invalid_argument where the configuration is not sound, see check(MasterConfig)
+  /// @throws std::invalid_argument where the configuration is not sound, see check_cia402
   /// Real-time: no (allocates).
   explicit Cia402Master(MasterConfig config);
 
@@ -28,13 +29,11 @@ class Cia402Master final : public DriveMaster {
   std::string describe(const DriveFault& fault) const override;
 
  private:
-  void latch(const DriveFault& fault) noexcept;
-  void clear_faults() noexcept;
   void set_up(int64_t now_ns, FrameBatch& out) noexcept;
 
   MasterConfig config_;
   std::vector<Cia402Axis> axes_;
-  Measurement measurement_;
+  Supervisor supervisor_;
   int64_t next_heartbeat_ns_ = 0;
   int64_t synced_ns_ = 0;  // when the last SYNC went out
 };

@@ -18,6 +18,8 @@ const char* describe(FaultKind kind) noexcept {
       return "drive left operation unasked";
     case FaultKind::kDriveRestarted:
       return "drive restarted";
+    case FaultKind::kPositionJumped:
+      return "position jumped at enabling";
     case FaultKind::kHeartbeatLost:
       return "heartbeat lost";
     case FaultKind::kFeedbackLost:

@@ -13,15 +13,17 @@ namespace tendril::hal {
 /// Axes of the largest robot; every per-axis array has this size.
 inline constexpr int kMaxAxes = 32;
 
-/// What can go wrong with the drives and their bus. The meaning of DriveFault::code is in brackets.
+/// What can go wrong with the drives and their bus. In brackets the meaning of DriveFault::code with CiA 402
+/// and, after the semicolon, with ODrive, where OdriveAxis packs state and result.
 enum class FaultKind : uint8_t {
   kNone,
-  kConfiguration,   // a drive refused or ignored a setting in start-up [SDO abort code]
-  kStartTimeout,    // a configured drive did not become operational [its NMT state]
-  kEnableTimeout,   // a drive did not reach "operation enabled" [statusword]
-  kDriveFault,      // a drive reports a fault [EMCY error code, 0 while unknown]
-  kDriveDisabled,   // a drive left "operation enabled" unasked, e.g. by its safety input [statusword]
-  kDriveRestarted,  // a drive left NMT operational or rebooted [its NMT state]
+  kConfiguration,   // a drive refused or ignored a setting in start-up [SDO abort code; not used]
+  kStartTimeout,    // a drive did not become operational [its NMT state; 1 once its heartbeat was heard]
+  kEnableTimeout,   // a drive did not reach "operation enabled" [statusword; state and result]
+  kDriveFault,      // a drive reports a fault [EMCY error code, 0 while unknown; error bits]
+  kDriveDisabled,   // a drive left "operation enabled" unasked [statusword; state and result]
+  kDriveRestarted,  // a drive left NMT operational or rebooted [its NMT state; not used]
+  kPositionJumped,  // a drive's position was another once it was enabled [not used; 0.001 rev, signed]
   kHeartbeatLost,   // a drive has fallen silent [0]
   kFeedbackLost,    // a drive lives but sends no positions [0]
   kBusPassive,      // the bus is error-passive [0]
@@ -37,7 +39,7 @@ struct DriveFault {
   FaultKind kind = FaultKind::kNone;
   int axis = -1;        // index of the axis; -1 where the bus as a whole is meant
   uint32_t code = 0;    // see FaultKind
-  uint32_t object = 0;  // kConfiguration: object index << 8 | subindex
+  uint32_t object = 0;  // kConfiguration with CiA 402: object index << 8 | subindex
 };
 
 /// What is known of the drives and the tracker at one instant.

@@ -1,63 +1,98 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
-#include "hal/bus_budget.h"
-#include "hal/cia402.h"
-#include "hal/sdo_sequence.h"
+#include "hal/axis_scale.h"
+#include "hal/odrive.h"
 
 namespace tendril::hal {
 
-/// One axis as the CiA 402 master must know it.
-struct AxisConfig {
-  std::string name;  // for people
-  int node = 0;      // CANopen node, 1..127
-  AxisScale scale{};
+/// The protocols that drives can speak; one protocol a bus, as their identifiers collide.
+enum class Protocol : uint8_t {
+  kCanopen,  // CiA 402 over CANopen, cyclic synchronous position
+  kOdrive    // ODrive CANSimple
+};
+
+/// What is CANopen's alone of an axis.
+struct CanopenAxis {
   int pdo = 1;           // which pair of PDOs to use, 1..4: objects 1400 + pdo - 1 and so on
   uint32_t rpdo_id = 0;  // 11-bit COB-IDs; 0: those of the predefined connection set
   uint32_t tpdo_id = 0;
-
-  /// The COB-ID in force. Real-time: yes.
-  uint32_t rpdo_cob_id() const noexcept { return rpdo_id != 0 ? rpdo_id : 0x100 * (pdo + 1) + node; }
-  uint32_t tpdo_cob_id() const noexcept { return tpdo_id != 0 ? tpdo_id : 0x100 * pdo + 0x80 + node; }
 };
 
-/// What the CiA 402 master must know. Durations in ns.
-struct MasterConfig {
-  std::vector<AxisConfig> axes{};
-  int64_t period_ns = 0;  // of SYNC and of the control loop
+/// What is ODrive's alone of an axis; with both at 0 the axis keeps the limits it has.
+struct OdriveAxisLimits {
+  double velocity = 0;  // rev/s
+  double current = 0;   // A
+};
+
+/// One axis as a master must know it.
+struct AxisConfig {
+  std::string name;   // for people
+  int node = 0;       // as the protocol numbers them
+  AxisScale scale{};  // 1 count a turn with ODrive
+  CanopenAxis canopen{};
+  OdriveAxisLimits odrive{};
+};
+
+/// What is CANopen's alone. Durations in ns.
+struct CanopenConfig {
   int master_node = 127;
-  int64_t heartbeat_ns = 50'000'000;           // between heartbeats, both ways; whole ms on the bus
-  int64_t heartbeat_timeout_ns = 150'000'000;  // both ways
-  int64_t sdo_timeout_ns = 100'000'000;        // of each attempt
+  int64_t sdo_timeout_ns = 100'000'000;  // of each attempt
   int sdo_attempts = 3;
-  int64_t boot_timeout_ns = 1'000'000'000;    // without a boot-up message by then the drive is taken to be up
-  int64_t start_timeout_ns = 1'000'000'000;   // from NMT start to a heartbeat that says operational
-  int64_t enable_timeout_ns = 3'000'000'000;  // from the wish to "operation enabled"
-  int64_t feedback_timeout_ns = 50'000'000;   // without positions
-  uint32_t tracker_id = 0;                    // 11-bit identifier of the tracker's frames; 0: there is none
-  int64_t tracker_timeout_ns = 100'000'000;   // an older sighting is not fresh
-  double tracker_rate_hz = 100;               // for the bus budget
+  int64_t boot_timeout_ns = 1'000'000'000;  // without a boot-up message by then the drive is taken to be up
 };
 
-/// Checks ranges, and that no two senders share an identifier.
+/// What is ODrive's alone. Durations in ns.
+struct OdriveConfig {
+  OdriveFirmware firmware = OdriveFirmware::k0_6;
+  int64_t encoder_period_ns = 10'000'000;  // between encoder estimates, as the drives are set up
+};
+
+/// What a master must know, whatever the protocol. Durations in ns.
+struct MasterConfig {
+  Protocol protocol = Protocol::kCanopen;
+  std::vector<AxisConfig> axes{};
+  int64_t period_ns = 0;                       // of the control loop
+  int64_t heartbeat_ns = 50'000'000;           // between heartbeats
+  int64_t heartbeat_timeout_ns = 150'000'000;  // silence that counts as the loss of a node
+  int64_t start_timeout_ns = 1'000'000'000;    // until a drive shows that it works, without power
+  int64_t enable_timeout_ns = 3'000'000'000;   // from the wish to follow commands to the drive that does
+  int64_t feedback_timeout_ns = 50'000'000;    // without positions
+  uint32_t tracker_id = 0;                     // 11-bit identifier of the tracker's frames; 0: there is none
+  int64_t tracker_timeout_ns = 100'000'000;    // an older sighting is not fresh
+  double tracker_rate_hz = 100;                // for the bus budget
+  CanopenConfig canopen{};
+  OdriveConfig odrive{};
+};
+
+/// Checks what every protocol asks for: number of axes, scales, period, time-outs, tracker.
 /// @throws std::invalid_argument with a sentence that names the axis and what is expected
 /// Real-time: no.
-void check(const MasterConfig& config);
+void check_common(const MasterConfig& config);
 
-/// The entries that prepare a drive in NMT pre-operational: heartbeats both ways, one RPDO (6040, 607A) and
-/// one TPDO (6041, 6064) at every SYNC, cyclic synchronous position mode, interpolation period. [CiA 301,
-/// objects 1016, 1017, 1400-1A00; CiA 402-2, objects 6060, 6061, 60C2] Real-time: no (allocates).
-std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config);
+/// Says that a configuration is not sound. @throws std::invalid_argument "drives: WHAT"
+[[noreturn]] void refuse_drives(const std::string& what);
 
-/// The entries that let a drive go: it watches the master no more.
+/// "axis 'north' (node 3)". Real-time: no (allocates).
+std::string to_text(const AxisConfig& axis);
+
+/// "axis 2 'north' (node 3)". Real-time: no (allocates).
+std::string name_of(const MasterConfig& config, int axis);
+
+/// Who sends with which identifier: on CAN two nodes that send the same one destroy each other's frames.
 /// Real-time: no (allocates).
-std::vector<SdoStep> release_steps();
+class IdentifierClaims {
+ public:
+  /// @param user  for the message, "axis 'north' (node 3)"
+  /// @throws std::invalid_argument where the identifier has another user
+  void claim(uint32_t id, const std::string& user);
 
-/// The frames of a running robot, for the bus budget: PDOs, SYNC, heartbeats, tracker.
-/// Real-time: no (allocates).
-std::vector<PeriodicFrames> periodic_frames(const MasterConfig& config);
+ private:
+  std::map<uint32_t, std::string> users_;
+};
 
 }  // namespace tendril::hal

@@ -22,7 +22,7 @@
 #include "app/qp_budget.h"
 #include "app/robot.h"
 #include "app/stop_signal.h"
-#include "hal/cia402_master.h"
+#include "hal/drive_protocol.h"
 #include "rt/idle_latency_limit.h"
 #include "rt/memory.h"
 #include "rt/periodic_clock.h"
@@ -186,10 +186,10 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   const auto channels = std::make_unique<app::Channels>();
   const auto counts = std::make_unique<rt::LoopCounts>();
   const DriveBench bench(config, options);
-  hal::Cia402Master master(app::master_config(config));
+  const auto master = hal::make_master(app::master_config(config));
   rt::Controller controller(app::controller_config(config));
   const auto bus = hal::open_bus(bench.bus(), hal::BusRole::kJoin);
-  rt::ControlLoop loop(*bus, master, controller, channels->snapshots, channels->targets, channels->feedback,
+  rt::ControlLoop loop(*bus, *master, controller, channels->snapshots, channels->targets, channels->feedback,
                        channels->requests);
   app::ModelThread model(*robot, config, *channels);
   rt::RealtimeThread control({"control", options.priority, options.cpu}, rights(options), [&] {
@@ -218,7 +218,7 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   if (model.active_seconds() > 0)
     facts.model_rate_hz = static_cast<double>(model.refreshes()) / model.active_seconds();
   if (controller.faulted())
-    facts.fault = controller.stop_reason() == rt::Fault::kDrives ? master.describe(controller.drive_fault())
+    facts.fault = controller.stop_reason() == rt::Fault::kDrives ? master->describe(controller.drive_fault())
                                                                  : rt::rule(controller.stop_reason()).words;
   return facts;
 }

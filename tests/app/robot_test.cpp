@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <numbers>
 
+#include "hal/drive_protocol.h"
 #include "tests/app/programs.h"
 
 // From a configuration to the objects that run: limits and rates in SI, mistakes with file and line.
@@ -127,7 +128,7 @@ TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]"
   CHECK(m.axes[1].node == 9);
   CHECK(m.axes[1].scale.displacement_per_count() == Approx(-2 * std::numbers::pi * 0.008 / 4096));
   CHECK(m.period_ns == 1'666'667);
-  CHECK(m.master_node == 127);
+  CHECK(m.canopen.master_node == 127);
   CHECK(m.heartbeat_ns == 40'000'000);
   CHECK(m.heartbeat_timeout_ns == 150'000'000);
   CHECK(m.tracker_id == 0x1F0);

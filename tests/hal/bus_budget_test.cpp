@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "hal/master_config.h"
+#include "hal/drive_protocol.h"
 
 using namespace tendril::hal;
 
@@ -43,4 +43,16 @@ TEST_CASE("The budget of a robot counts PDOs, SYNC, heartbeats and tracker", "[u
   config.tracker_id = 0x1F0;
   // 58.5 % as above, 5 heartbeats of 65 bits at 20 Hz, a tracker of 135 bits at 100 Hz.
   CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.585 + 0.0065 + 0.0135).epsilon(1e-4));
+}
+
+TEST_CASE("The budget of ODrive axes counts inputs, estimates, heartbeats and tracker", "[unit]") {
+  MasterConfig config{
+      .protocol = Protocol::kOdrive, .axes = std::vector<AxisConfig>(4), .period_ns = 2'000'000};
+  config.heartbeat_ns = 100'000'000;
+  config.odrive.encoder_period_ns = 2'000'000;
+  // 4 axes at 500 Hz each way, 8 bytes: 54 % by the worst-case bits; heartbeats of 135 bits at 10 Hz.
+  CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.54 + 0.0054).epsilon(1e-6));
+  config.odrive.encoder_period_ns = 10'000'000;
+  config.tracker_id = 0x7F0;
+  CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.27 + 0.054 + 0.0054 + 0.0135).epsilon(1e-6));
 }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "hal/master_config.h"
+#include "hal/cia402_setup.h"
 #include "rig.h"
 
 using namespace tendril::hal;
@@ -62,7 +62,7 @@ struct Bench {
 
   void enable() {
     for (const uint16_t word : std::initializer_list<uint16_t>{0x06, 0x07, 0x0F})
-      cycle(word, static_cast<int32_t>(drive.position_counts()));
+      cycle(word, static_cast<int32_t>(drive.position()));
     REQUIRE(drive.state() == DriveState::kEnabled);
   }
 
@@ -170,13 +170,13 @@ TEST_CASE("A drive interpolates to its target in one period and not faster than 
   bench.say("202#0F003A020000");  // 570: 70 counts in 1.67 ms are 42 000 counts/s
   bench.say("080#");
   bench.advance(1'670'000 / 2);
-  CHECK(bench.drive.position_counts() == Approx(535));
+  CHECK(bench.drive.position() == Approx(535));
   bench.advance(1'670'000 / 2);
-  CHECK(bench.drive.position_counts() == Approx(570));
+  CHECK(bench.drive.position() == Approx(570));
   bench.advance(1'670'000);
-  CHECK(bench.drive.position_counts() == Approx(570));  // holds there
+  CHECK(bench.drive.position() == Approx(570));  // holds there
   bench.cycle(0x0F, 100'000);
-  CHECK(bench.drive.position_counts() == Approx(570 + 60'000 * 1e-9 * kPeriod_ns));
+  CHECK(bench.drive.position() == Approx(570 + 60'000 * 1e-9 * kPeriod_ns));
 }
 
 TEST_CASE("A drive that is not enabled does not move", "[unit]") {
@@ -184,17 +184,17 @@ TEST_CASE("A drive that is not enabled does not move", "[unit]") {
   bench.set_up();
   for (const uint16_t word : std::initializer_list<uint16_t>{0x06, 0x07}) {
     bench.cycle(word, 9000);
-    CHECK(bench.drive.position_counts() == 500);
+    CHECK(bench.drive.position() == 500);
   }
   bench.cycle(0x0F, 600);
-  CHECK(bench.drive.position_counts() > 500);
+  CHECK(bench.drive.position() > 500);
   bench.cycle(0x0F, 100'000);
   bench.say("202#0200A0860100");
   bench.say("080#");
-  const double stopped = bench.drive.position_counts();
+  const double stopped = bench.drive.position();
   CHECK(bench.drive.state() == DriveState::kQuickStop);
   bench.advance(100 * kMillisecond_ns);
-  CHECK(bench.drive.position_counts() == stopped);
+  CHECK(bench.drive.position() == stopped);
 }
 
 TEST_CASE("Soft limits clamp the target and are reported", "[unit]") {
@@ -205,7 +205,7 @@ TEST_CASE("Soft limits clamp the target and are reported", "[unit]") {
   bench.enable();
   bench.cycle(0x0F, 700);
   const auto answers = bench.cycle(0x0F, 700);
-  CHECK(bench.drive.position_counts() == Approx(600));
+  CHECK(bench.drive.position() == Approx(600));
   CHECK(decode_drive_feedback(0x182, *parse_frame(answers.back()))->statusword & kInternalLimit);
 }
 
@@ -240,9 +240,9 @@ TEST_CASE("A drive stops by itself, holds and reports 8130 when the master's hea
   bench.say("080#");
   const auto answers = bench.advance(2 * kMillisecond_ns);
   CHECK(std::count(answers.begin(), answers.end(), "082#3081110000000000") == 1);
-  const double stopped = bench.drive.position_counts();
+  const double stopped = bench.drive.position();
   bench.advance(1000 * kMillisecond_ns);
-  CHECK(bench.drive.position_counts() == stopped);
+  CHECK(bench.drive.position() == stopped);
   CHECK(bench.drive.state() == DriveState::kFault);
   CHECK(bench.drive.nmt_state() == NmtState::kPreOperational);
 }
@@ -256,9 +256,9 @@ TEST_CASE("A fault stops the motion and is cleared by the edge of bit 7 alone", 
   const auto answers = bench.advance(0);
   CHECK(std::count(answers.begin(), answers.end(), "082#1043090000000000") == 1);
   CHECK(bench.drive.state() == DriveState::kFaultReaction);
-  const double stopped = bench.drive.position_counts();
+  const double stopped = bench.drive.position();
   bench.cycle(0x0F, 900);
-  CHECK(bench.drive.position_counts() == stopped);
+  CHECK(bench.drive.position() == stopped);
   CHECK(bench.drive.state() == DriveState::kFault);
   CHECK(bench.sdo("4001100000000000") == "4F01100009000000");  // error register: generic, temperature
   const auto cleared = bench.cycle(0x80, 600);

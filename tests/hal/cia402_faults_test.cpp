@@ -12,14 +12,6 @@ namespace {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 
-bool latched(const Rig& rig) { return rig.measured.fault.kind != FaultKind::kNone; }
-
-/// Runs until a fault is latched and gives it.
-DriveFault fault_of(Rig& rig, int64_t limit_ns = 5'000'000'000) {
-  rig.run_until([&] { return latched(rig); }, limit_ns);
-  return rig.measured.fault;
-}
-
 }  // namespace
 
 TEST_CASE("When the master is gone every drive stops by itself and says so", "[unit]") {
@@ -32,12 +24,12 @@ TEST_CASE("When the master is gone every drive stops by itself and says so", "[u
   rig.run_for(200 * kMillisecond_ns);
   double stopped[4];
   for (int i = 0; i < 4; ++i) {
-    stopped[i] = rig.drives[i].position_counts();
+    stopped[i] = rig.drives[i].position();
     CHECK(rig.drives[i].state() == DriveState::kFault);
     CHECK(rig.find("08" + std::to_string(i + 1) + "#3081110000000000") >= 0);
   }
   rig.run_for(500 * kMillisecond_ns);
-  for (int i = 0; i < 4; ++i) CHECK(rig.drives[i].position_counts() == stopped[i]);
+  for (int i = 0; i < 4; ++i) CHECK(rig.drives[i].position() == stopped[i]);
 }
 
 TEST_CASE("A new master clears what the death of the former one left, and does not move anything", "[unit]") {
@@ -49,17 +41,17 @@ TEST_CASE("A new master clears what the death of the former one left, and does n
   successor.drives = rig.drives;
   successor.bus.set_time(rig.bus.time_ns());
   REQUIRE(successor.run_until([&] { return successor.measured.all_known; }));
-  CHECK_FALSE(latched(successor));
+  CHECK_FALSE(successor.faulted());
   successor.command.enable = true;
   REQUIRE(successor.run_until([&] { return successor.measured.all_enabled; }));
-  for (int i = 0; i < 4; ++i) CHECK(successor.drives[i].position_counts() == rig.drives[i].position_counts());
+  for (int i = 0; i < 4; ++i) CHECK(successor.drives[i].position() == rig.drives[i].position());
 }
 
 TEST_CASE("A drive that falls silent is a fault with its axis, and the others go on", "[unit]") {
   Rig rig(config_of(4));
   REQUIRE(rig.enable());
   rig.plugs[2]->set_plugged(false);
-  const DriveFault fault = fault_of(rig);
+  const DriveFault fault = rig.fault();
   CHECK((fault.kind == FaultKind::kFeedbackLost || fault.kind == FaultKind::kHeartbeatLost));
   CHECK(fault.axis == 2);
   CHECK_THAT(rig.master.describe(fault),
@@ -79,14 +71,14 @@ TEST_CASE("A drive that falls silent is a fault with its axis, and the others go
   rig.cycle();
   rig.command.reset = false;
   REQUIRE(rig.run_until([&] { return rig.measured.all_enabled; }));
-  CHECK_FALSE(latched(rig));
+  CHECK_FALSE(rig.faulted());
 }
 
 TEST_CASE("A silent drive is noticed by its heartbeat where its PDOs go on", "[unit]") {
   Rig rig(config_of(2));
   REQUIRE(rig.enable());
   rig.tamper = [](int axis, Frame& frame) { return !(axis == 1 && decode_heartbeat(frame, 2)); };
-  const DriveFault fault = fault_of(rig);
+  const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kHeartbeatLost);
   CHECK(fault.axis == 1);
 }
@@ -95,7 +87,7 @@ TEST_CASE("A drive whose positions stop is noticed while its heartbeat goes on",
   Rig rig(config_of(2));
   REQUIRE(rig.enable());
   rig.tamper = [](int axis, Frame& frame) { return !(axis == 1 && frame.id == 0x182); };
-  const DriveFault fault = fault_of(rig);
+  const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kFeedbackLost);
   CHECK(fault.axis == 1);
   CHECK_FALSE(rig.measured.all_known);
@@ -105,7 +97,7 @@ TEST_CASE("A drive's fault is latched with its code in words and cleared by rese
   Rig rig(config_of(4));
   REQUIRE(rig.enable());
   rig.drives[1].inject_fault(0x4310);
-  const DriveFault fault = fault_of(rig);
+  const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kDriveFault);
   CHECK(fault.axis == 1);
   CHECK(fault.code == 0x4310);
@@ -122,7 +114,7 @@ TEST_CASE("An emergency is a fault although the drive goes on", "[unit]") {
   Rig rig(config_of(2));
   REQUIRE(rig.enable());
   rig.plugs[1]->send(encode_emergency(2, {.code = 0x8210}));
-  const DriveFault fault = fault_of(rig, 100 * kMillisecond_ns);
+  const DriveFault fault = rig.fault(100 * kMillisecond_ns);
   CHECK(fault.kind == FaultKind::kDriveFault);
   CHECK(fault.axis == 1);
   CHECK(fault.code == 0x8210);
@@ -140,7 +132,7 @@ TEST_CASE("A fault whose EMCY is lost or late is latched by the statusword and t
     return false;
   };
   rig.drives[0].inject_fault(0x3210);
-  CHECK(fault_of(rig).kind == FaultKind::kDriveFault);
+  CHECK(rig.fault().kind == FaultKind::kDriveFault);
   CHECK(rig.measured.fault.code == 0);
   CHECK_THAT(rig.master.describe(rig.measured.fault), Catch::Contains("no error code"));
   rig.plugs[0]->send(held);
@@ -151,8 +143,8 @@ TEST_CASE("A fault whose EMCY is lost or late is latched by the statusword and t
 TEST_CASE("A drive that reboots in operation is a fault, not a silent restart", "[unit]") {
   Rig rig(config_of(2));
   REQUIRE(rig.enable());
-  rig.drives[1] = Cia402Drive({.node = 2, .position_counts = rig.drives[1].position_counts()});
-  const DriveFault fault = fault_of(rig);
+  rig.drives[1] = Cia402Drive({.node = 2, .position_counts = rig.drives[1].position()});
+  const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kDriveRestarted);
   CHECK(fault.axis == 1);
   rig.run_for(500 * kMillisecond_ns);
@@ -166,7 +158,7 @@ TEST_CASE("A drive that leaves operation by itself is a fault", "[unit]") {
     if (axis == 0 && frame.id == 0x181) frame.data[0] = 0x50;
     return true;
   };
-  const DriveFault fault = fault_of(rig);
+  const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kDriveDisabled);
   CHECK_THAT(rig.master.describe(fault), Catch::Contains("switch on disabled"));
 }
@@ -179,7 +171,7 @@ TEST_CASE("A refused setting names object and reason", "[unit]") {
       frame = encode_sdo_answer(2, {SdoAnswer::Kind::kAbort, answer->object, 0, 0x06090030});
     return true;
   };
-  const DriveFault fault = fault_of(rig);
+  const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kConfiguration);
   CHECK(rig.master.describe(fault) ==
         "axis 1 'cable 1' (node 2): configuration failed at object 60C2:1: value not allowed (SDO abort "
@@ -195,7 +187,7 @@ TEST_CASE("An absent drive is a configuration fault with a time-out", "[unit]") 
   Rig rig(config_of(3));
   rig.plugs[1]->set_plugged(false);
   rig.command.enable = true;
-  const DriveFault fault = fault_of(rig);
+  const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kConfiguration);
   CHECK(fault.axis == 1);
   rig.run_for(500 * kMillisecond_ns);
@@ -210,7 +202,7 @@ TEST_CASE("Lost SDO answers are asked for again", "[unit]") {
     return !(frame.id > 0x580 && frame.id < 0x600 && ++count % 7 == 0);
   };
   CHECK(rig.run_until([&] { return rig.measured.all_known; }, 20'000 * kMillisecond_ns));
-  CHECK_FALSE(latched(rig));
+  CHECK_FALSE(rig.faulted());
   CHECK(count > 20);
 }
 
@@ -221,7 +213,7 @@ TEST_CASE("A drive that shows another mode than it was told is refused", "[unit]
     if (answer && answer->object == ObjectAddress{0x6061, 0}) frame.data[4] = 1;
     return true;
   };
-  const DriveFault fault = fault_of(rig);
+  const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kConfiguration);
   CHECK_THAT(rig.master.describe(fault), Catch::Contains("6061:0: reads back another value"));
 }
@@ -243,7 +235,7 @@ TEST_CASE("A drive that never enables is a time-out that tells its state", "[uni
   };
   rig.run_for(100 * kMillisecond_ns);
   rig.command.enable = true;
-  const DriveFault fault = fault_of(rig);
+  const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kEnableTimeout);
   CHECK(fault.axis == 0);
   CHECK_THAT(rig.master.describe(fault), Catch::Contains("ready to switch on"));
@@ -257,10 +249,10 @@ TEST_CASE("A fault that does not clear at once is reset again, slowly, and repor
     return true;
   };
   rig.run_for(20 * kMillisecond_ns);
-  CHECK_FALSE(latched(rig));
+  CHECK_FALSE(rig.faulted());
   const auto from = static_cast<int>(rig.traffic.size());
   rig.command.enable = true;
-  CHECK(fault_of(rig).kind == FaultKind::kDriveFault);
+  CHECK(rig.fault().kind == FaultKind::kDriveFault);
   int edges = 0, held = 0, shortest = 1000;
   uint16_t last = 0;
   for (int k = from; k < static_cast<int>(rig.traffic.size()); ++k)
@@ -298,7 +290,7 @@ TEST_CASE("The state of the bus becomes a fault of the whole robot", "[unit]") {
     rig.run_for(10 * kMillisecond_ns);
     rig.command.reset = false;
     CHECK(rig.run_until([&] { return rig.measured.all_enabled; }));
-    CHECK_FALSE(latched(rig));
+    CHECK_FALSE(rig.faulted());
   }
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "hal/axis_scale.h"
+
 using namespace tendril::hal;
 
 namespace {

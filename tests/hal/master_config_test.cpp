@@ -1,11 +1,13 @@
-#include "hal/master_config.h"
+#include "hal/drive_protocol.h"
 
 #include <catch2/catch.hpp>
 
+#include "hal/cia402_setup.h"
 #include "rig.h"
 
 using namespace tendril::hal;
 using tendril::hal::test::config_of;
+using tendril::hal::test::odrive_config_of;
 
 TEST_CASE("A sound configuration passes and each unsound one says what is wrong", "[unit]") {
   CHECK_NOTHROW(check(config_of(1)));
@@ -17,23 +19,46 @@ TEST_CASE("A sound configuration passes and each unsound one says what is wrong"
   };
   refused("1..32 axes", [](MasterConfig& c) { c.axes.clear(); });
   refused("'cable 1': node 128", [](MasterConfig& c) { c.axes[1].node = 128; });
-  refused("master's own", [](MasterConfig& c) { c.master_node = 2; });
+  refused("master's own", [](MasterConfig& c) { c.canopen.master_node = 2; });
   refused("both use identifier 0x81", [](MasterConfig& c) { c.axes[1].node = 1; });
   refused("counts per turn", [](MasterConfig& c) { c.axes[0].scale.counts_per_turn = 0; });
   refused("displacement per turn", [](MasterConfig& c) { c.axes[0].scale.displacement_per_turn = -1; });
   refused("the tracker and axis 'cable 0'", [](MasterConfig& c) { c.tracker_id = 0x181; });
   refused("heartbeat timeout", [](MasterConfig& c) { c.heartbeat_timeout_ns = c.heartbeat_ns; });
-  refused("SYNC period", [](MasterConfig& c) { c.period_ns = 0; });
-  refused("0x202", [](MasterConfig& c) { c.axes[0].rpdo_id = 0x202; });
+  refused("control period", [](MasterConfig& c) { c.period_ns = 0; });
+  refused("0x202", [](MasterConfig& c) { c.axes[0].canopen.rpdo_id = 0x202; });
+}
+
+TEST_CASE("What ODrive asks of a configuration is checked, and each mistake named", "[unit]") {
+  CHECK_NOTHROW(check(odrive_config_of(1)));
+  CHECK_NOTHROW(check(odrive_config_of(32)));
+  const auto refused = [](const std::string& words, auto spoil) {
+    MasterConfig config = odrive_config_of(2);
+    spoil(config);
+    CHECK_THROWS_WITH(check(config), Catch::Contains(words));
+  };
+  refused("1..32 axes", [](MasterConfig& c) { c.axes.clear(); });
+  refused("'cable 1': node 64 is not within 0..63", [](MasterConfig& c) { c.axes[1].node = 64; });
+  refused("'cable 1': node -1", [](MasterConfig& c) { c.axes[1].node = -1; });
+  refused("both use identifier 0x0", [](MasterConfig& c) { c.axes[1].node = 0; });
+  refused("positions are in turns", [](MasterConfig& c) { c.axes[0].scale.counts_per_turn = 8192; });
+  refused("the tracker and axis 'cable 1' (node 1)", [](MasterConfig& c) { c.tracker_id = 0x3F; });
+  refused("both positive", [](MasterConfig& c) { c.axes[0].odrive.current = 10; });
+  refused("both positive", [](MasterConfig& c) { c.axes[0].odrive = {-1, -1}; });
+  refused("encoder estimates", [](MasterConfig& c) { c.odrive.encoder_period_ns = 30'000'000; });
+  refused("encoder estimates", [](MasterConfig& c) { c.odrive.encoder_period_ns = 0; });
+  MasterConfig config = odrive_config_of(2);
+  config.tracker_id = 0x40;  // node 2 is nobody's
+  CHECK_NOTHROW(check(config));
 }
 
 TEST_CASE("COB-IDs follow the predefined connection set unless they are given", "[unit]") {
   AxisConfig axis{.name = "a", .node = 2};
-  CHECK(axis.rpdo_cob_id() == 0x202);
-  CHECK(axis.tpdo_cob_id() == 0x182);
-  axis.pdo = 3;
-  CHECK(axis.rpdo_cob_id() == 0x402);
-  CHECK(axis.tpdo_cob_id() == 0x382);
-  axis.tpdo_id = 0x3A0;
-  CHECK(axis.tpdo_cob_id() == 0x3A0);
+  CHECK(rpdo_cob_id(axis) == 0x202);
+  CHECK(tpdo_cob_id(axis) == 0x182);
+  axis.canopen.pdo = 3;
+  CHECK(rpdo_cob_id(axis) == 0x402);
+  CHECK(tpdo_cob_id(axis) == 0x382);
+  axis.canopen.tpdo_id = 0x3A0;
+  CHECK(tpdo_cob_id(axis) == 0x3A0);
 }

@@ -1,45 +1,120 @@
 #pragma once
 
-#include <deque>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "hal/cia402_drive.h"
 #include "hal/cia402_master.h"
+#include "hal/odrive_drive.h"
+#include "hal/odrive_master.h"
 #include "hal/virtual_bus.h"
 
 namespace tendril::hal::test {
 
 inline constexpr int64_t kPeriod_ns = 1'666'667;  // 600 Hz
 
-/// A configuration of `axes` axes with nodes 1, 2, ... and names "axis 0"...
+/// A configuration of `axes` axes with nodes 1, 2, ... and names "cable 0"...
 MasterConfig config_of(int axes);
 
+/// The same for ODrive axes, with nodes 0, 1, ...
+MasterConfig odrive_config_of(int axes, OdriveFirmware firmware = OdriveFirmware::k0_6);
+
+/// The drives of a configuration, each at a place of its own.
+void add_drives(const MasterConfig& config, std::vector<Cia402Drive>& drives);
+void add_drives(const MasterConfig& config, std::vector<OdriveDrive>& drives);
+
 /// A master and its drives on a virtual bus, with everything they say on record.
-struct Rig {
+template <class Master, class Drive>
+struct RigOf {
   /// @param delay_ns  of every frame
-  explicit Rig(MasterConfig config, int64_t delay_ns = 0);
+  explicit RigOf(const MasterConfig& config, int64_t delay_ns = 0)
+      : bus(delay_ns),
+        controller(bus.attach("controller")),
+        recorder(bus.attach("recorder")),
+        master(config) {
+    add_drives(config, drives);
+    for (size_t i = 0; i < drives.size(); ++i) plugs.push_back(&bus.attach("drive"));
+    command.axes = static_cast<int>(config.axes.size());
+    traffic.reserve(100'000);
+  }
 
   /// One control period: the master's cycle, then the drives' reaction.
-  void cycle();
+  void cycle() {
+    const int64_t now_ns = bus.time_ns();
+    Frame frame;
+    while (controller.receive(frame))
+      if (master_alive) master.receive(frame, frame.stamp_ns);
+    if (master_alive) {
+      measured = master.measure(controller.health(), now_ns);
+      if (follow_measured) command.position = measured.position;
+      batch.clear();
+      master.command(command, now_ns, batch);
+      for (const Frame& out : batch) controller.send(out);
+    }
+    bus.set_time(now_ns + kPeriod_ns / 2);
+    for (size_t i = 0; i < drives.size(); ++i) {
+      FrameBatch answers;
+      while (plugs[i]->receive(frame)) drives[i].receive(frame, bus.time_ns(), answers);
+      drives[i].advance(bus.time_ns(), answers);
+      for (Frame answer : answers)
+        if (!tamper || tamper(static_cast<int>(i), answer)) plugs[i]->send(answer);
+    }
+    while (recorder.receive(frame))
+      if (traffic.size() < traffic.capacity()) traffic.push_back(frame);
+    bus.set_time(now_ns + kPeriod_ns);
+  }
 
   /// Cycles until `done` or for at most that long. @return whether it was done
-  bool run_until(const std::function<bool()>& done, int64_t limit_ns = 5'000'000'000);
+  bool run_until(const std::function<bool()>& done, int64_t limit_ns = 5'000'000'000) {
+    for (const int64_t end_ns = bus.time_ns() + limit_ns; bus.time_ns() < end_ns;) {
+      cycle();
+      if (done()) return true;
+    }
+    return false;
+  }
 
-  void run_for(int64_t duration_ns);
+  void run_for(int64_t duration_ns) {
+    run_until([] { return false; }, duration_ns);
+  }
+
+  /// Whether a fault is latched.
+  bool faulted() const { return measured.fault.kind != FaultKind::kNone; }
+
+  /// Runs until a fault is latched and gives it.
+  DriveFault fault(int64_t limit_ns = 5'000'000'000) {
+    run_until([this] { return faulted(); }, limit_ns);
+    return measured.fault;
+  }
 
   /// Enables all drives at their measured positions. @return whether it worked
-  bool enable();
+  bool enable() {
+    if (!run_until([this] { return measured.all_known || faulted(); })) return false;
+    command.enable = true;
+    return run_until([this] { return measured.all_enabled; });
+  }
+
+  /// One cycle with a reset. @return whether all drives were enabled after it
+  bool reset() {
+    command.reset = true;
+    cycle();
+    command.reset = false;
+    return run_until([this] { return measured.all_enabled; });
+  }
 
   /// Index in `traffic` of the first frame at or after `from` with that text, or -1.
-  int find(const std::string& text, int from = 0) const;
+  int find(const std::string& text, int from = 0) const {
+    for (int i = from; i < static_cast<int>(traffic.size()); ++i)
+      if (to_text(traffic[i]) == text) return i;
+    return -1;
+  }
 
   VirtualBus bus;
   VirtualEndpoint& controller;
   VirtualEndpoint& recorder;
   std::vector<VirtualEndpoint*> plugs;  // of the drives
-  Cia402Master master;
-  std::vector<Cia402Drive> drives;
+  Master master;
+  std::vector<Drive> drives;
   Command command;
   Measurement measured;
   bool master_alive = true;
@@ -48,5 +123,8 @@ struct Rig {
   std::vector<Frame> traffic;
   FrameBatch batch;
 };
+
+using Rig = RigOf<Cia402Master, Cia402Drive>;
+using OdriveRig = RigOf<OdriveMaster, OdriveDrive>;
 
 }  // namespace tendril::hal::test

@@ -92,7 +92,7 @@ TEST_CASE("A controller that dies leaves drives that stop by themselves", "[scen
   run.rig.stall_control(true);
   run.rig.run_for(run.config.bus.heartbeat_timeout + kNoticedWithin_s);
   for (size_t a = 0; a < run.config.actuators.size(); ++a)
-    CHECK(run.rig.drives().drive(static_cast<int>(a)).state() == hal::DriveState::kFault);
+    CHECK(run.rig.drives().drive(static_cast<int>(a)).power_stage() == hal::PowerStage::kFault);
   const PlantDisplacements held = run.rig.displacements();
   run.rig.run_for(0.5);
   CHECK(run.rig.displacements().delta_a == held.delta_a);
@@ -113,7 +113,7 @@ TEST_CASE("A robot that vanishes from the bus makes the controller stop with the
 
 TEST_CASE("A drive's fault stops all drives, and the reason names it", "[scenario]") {
   Running run;
-  run.rig.drives().drive(1).inject_fault(0x4310);  // excess temperature of the drive
+  run.rig.drives().drive(1).overheat();
   REQUIRE(run.rig.run_until(Phase::kStopped, kStoppedWithin_s));
   CHECK(run.rig.controller().stop_reason() == Fault::kDrives);
   const hal::DriveFault& fault = run.rig.controller().drive_fault();
@@ -121,7 +121,7 @@ TEST_CASE("A drive's fault stops all drives, and the reason names it", "[scenari
   CHECK(fault.axis == 1);
   CHECK_THAT(run.rig.master().describe(fault), Contains("left"));
   run.rig.run_for(0.1);
-  CHECK(run.rig.drives().drive(0).state() == hal::DriveState::kSwitchOnDisabled);
+  CHECK(run.rig.drives().drive(0).power_stage() == hal::PowerStage::kOff);
   run.check_limits();
 }
 

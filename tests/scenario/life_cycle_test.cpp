@@ -40,7 +40,7 @@ TEST_CASE("A request to stop ramps the motion down, holds, and disables every dr
   REQUIRE(rig.run_until(Phase::kStopped, kStoppedWithin_s));
   CHECK_FALSE(rig.controller().faulted());
   rig.run_for(0.05);
-  for (int a = 0; a < 2; ++a) CHECK(rig.drives().drive(a).state() == hal::DriveState::kSwitchOnDisabled);
+  for (int a = 0; a < 2; ++a) CHECK(rig.drives().drive(a).power_stage() == hal::PowerStage::kOff);
   CHECK(testing::within_limits(config, rig.trace()));
 }
 

@@ -1,0 +1,98 @@
+#include "hal/cia402_setup.h"
+
+#include "hal/cia402.h"
+
+namespace tendril::hal {
+namespace {
+
+constexpr int64_t kMillisecond_ns = 1'000'000;
+
+uint32_t to_ms(int64_t duration_ns) {
+  return static_cast<uint32_t>((duration_ns + kMillisecond_ns / 2) / kMillisecond_ns);
+}
+
+void check_axis(const AxisConfig& axis, int master_node) {
+  const std::string who = "axis '" + axis.name + "': ";
+  const std::string node = "node " + std::to_string(axis.node);
+  if (axis.node < 1 || axis.node > 127) refuse_drives(who + node + " is not within 1..127");
+  if (axis.node == master_node) refuse_drives(who + node + " is the master's own");
+  if (axis.canopen.pdo < 1 || axis.canopen.pdo > 4) refuse_drives(who + "the PDO number must be within 1..4");
+  if (rpdo_cob_id(axis) > 0x7FF || tpdo_cob_id(axis) > 0x7FF) refuse_drives(who + "COB-IDs must fit 11 bits");
+}
+
+void check_identifiers(const MasterConfig& config) {
+  IdentifierClaims claims;
+  claims.claim(kNmtId, "NMT");
+  claims.claim(kSyncId, "SYNC");
+  claims.claim(kHeartbeatBase + config.canopen.master_node, "the master's heartbeat");
+  if (config.tracker_id != 0) claims.claim(config.tracker_id, "the tracker");
+  for (const AxisConfig& axis : config.axes) {
+    for (const uint32_t base : {kEmergencyBase, kSdoAnswerBase, kSdoRequestBase, kHeartbeatBase})
+      claims.claim(base + axis.node, to_text(axis));
+    claims.claim(rpdo_cob_id(axis), to_text(axis));
+    claims.claim(tpdo_cob_id(axis), to_text(axis));
+  }
+}
+
+SdoStep write(int index, int sub, int size, uint32_t value) {
+  return {{SdoRequest::Kind::kWrite, {static_cast<uint16_t>(index), static_cast<uint8_t>(sub)}, size, value},
+          0};
+}
+
+/// Off, map emptied, map filled, every SYNC, on.
+void append_pdo(std::vector<SdoStep>& steps, int communication, int mapping, uint32_t cob_id, uint32_t first,
+                uint32_t second) {
+  steps.insert(steps.end(),
+               {write(communication, 1, 4, kPdoInvalid | cob_id), write(mapping, 0, 1, 0),
+                write(mapping, 1, 4, first), write(mapping, 2, 4, second), write(mapping, 0, 1, 2),
+                write(communication, 2, 1, 1), write(communication, 1, 4, cob_id)});
+}
+
+}  // namespace
+
+uint32_t rpdo_cob_id(const AxisConfig& axis) noexcept {
+  return axis.canopen.rpdo_id != 0 ? axis.canopen.rpdo_id : 0x100 * (axis.canopen.pdo + 1) + axis.node;
+}
+
+uint32_t tpdo_cob_id(const AxisConfig& axis) noexcept {
+  return axis.canopen.tpdo_id != 0 ? axis.canopen.tpdo_id : 0x100 * axis.canopen.pdo + 0x80 + axis.node;
+}
+
+void check_cia402(const MasterConfig& config) {
+  check_common(config);
+  const int master_node = config.canopen.master_node;
+  if (master_node < 1 || master_node > 127) refuse_drives("the master's node must be within 1..127");
+  if (to_ms(config.heartbeat_ns) < 1 || to_ms(config.heartbeat_timeout_ns) > 0xFFFF)
+    refuse_drives("heartbeats must be within 1 ms..65 s");
+  if (config.canopen.sdo_attempts < 1) refuse_drives("there must be at least one SDO attempt");
+  for (const AxisConfig& axis : config.axes) check_axis(axis, master_node);
+  check_identifiers(config);
+}
+
+std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config) {
+  const int number = axis.canopen.pdo - 1;
+  const InterpolationPeriod period = nearest_interpolation_period(config.period_ns);
+  std::vector<SdoStep> steps = {
+      write(0x1016, 1, 4,
+            static_cast<uint32_t>(config.canopen.master_node) << 16 | to_ms(config.heartbeat_timeout_ns)),
+      write(0x1017, 0, 2, to_ms(config.heartbeat_ns))};
+  append_pdo(steps, 0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), 0x6040'0010, 0x607A'0020);
+  append_pdo(steps, 0x1800 + number, 0x1A00 + number, tpdo_cob_id(axis), 0x6041'0010, 0x6064'0020);
+  steps.push_back(write(0x6060, 0, 1, kModeCyclicPosition));
+  steps.push_back({{SdoRequest::Kind::kRead, {0x6061, 0}, 0, 0}, kModeCyclicPosition});
+  steps.push_back(write(0x60C2, 1, 1, period.value));
+  steps.push_back(write(0x60C2, 2, 1, static_cast<uint8_t>(period.exponent)));
+  return steps;
+}
+
+std::vector<SdoStep> release_steps() { return {write(0x1016, 1, 4, 0)}; }
+
+std::vector<PeriodicFrames> cia402_frames(const MasterConfig& config) {
+  const int axes = static_cast<int>(config.axes.size());
+  const double rate_hz = 1e9 / static_cast<double>(config.period_ns);
+  return {{.length = 0, .rate_hz = rate_hz},                     // SYNC
+          {.length = 6, .rate_hz = rate_hz, .count = 2 * axes},  // PDOs
+          {.length = 1, .rate_hz = 1e9 / static_cast<double>(config.heartbeat_ns), .count = axes + 1}};
+}
+
+}  // namespace tendril::hal

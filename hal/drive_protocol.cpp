@@ -1,0 +1,75 @@
+#include "hal/drive_protocol.h"
+
+#include <cmath>
+
+#include "hal/cia402_drive.h"
+#include "hal/cia402_master.h"
+#include "hal/cia402_setup.h"
+#include "hal/odrive_drive.h"
+#include "hal/odrive_master.h"
+
+namespace tendril::hal {
+namespace {
+
+/// A drive of one protocol as any drive.
+template <class Drive>
+class Adapter final : public SimulatedDrive {
+ public:
+  template <class Spec>
+  Adapter(const Spec& spec, const AxisScale& scale) : drive_(spec), scale_(scale) {}
+
+  void receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept override {
+    drive_.receive(frame, now_ns, out);
+  }
+  void advance(int64_t now_ns, FrameBatch& out) noexcept override { drive_.advance(now_ns, out); }
+  double displacement() const noexcept override { return scale_.to_displacement(drive_.position()); }
+  PowerStage power_stage() const noexcept override { return drive_.power_stage(); }
+  void overheat() noexcept override { drive_.overheat(); }
+
+ private:
+  Drive drive_;
+  AxisScale scale_;
+};
+
+}  // namespace
+
+void check(const MasterConfig& config) {
+  switch (config.protocol) {
+    case Protocol::kCanopen:
+      return check_cia402(config);
+    case Protocol::kOdrive:
+      return check_odrive(config);
+  }
+}
+
+std::vector<PeriodicFrames> periodic_frames(const MasterConfig& config) {
+  auto frames = config.protocol == Protocol::kOdrive ? odrive_frames(config) : cia402_frames(config);
+  if (config.tracker_id != 0) frames.push_back({.length = 8, .rate_hz = config.tracker_rate_hz});
+  return frames;
+}
+
+std::unique_ptr<DriveMaster> make_master(const MasterConfig& config) {
+  if (config.protocol == Protocol::kOdrive) return std::make_unique<OdriveMaster>(config);
+  return std::make_unique<Cia402Master>(config);
+}
+
+std::unique_ptr<SimulatedDrive> make_drive(const MasterConfig& config, int axis,
+                                           const SimulatedActuator& actuator) {
+  const AxisConfig& a = config.axes[axis];
+  const double top_speed = actuator.top_rate / std::abs(a.scale.displacement_per_count());
+  const double position = a.scale.to_position(actuator.displacement);
+  if (config.protocol == Protocol::kOdrive)
+    return std::make_unique<Adapter<OdriveDrive>>(
+        OdriveSpec{.node = a.node,
+                   .firmware = config.odrive.firmware,
+                   .top_speed = top_speed,
+                   .position = position,
+                   .heartbeat_ns = config.heartbeat_ns,
+                   .encoder_period_ns = config.odrive.encoder_period_ns,
+                   .watchdog_ns = config.heartbeat_timeout_ns},
+        a.scale);
+  return std::make_unique<Adapter<Cia402Drive>>(
+      DriveSpec{.node = a.node, .top_speed = top_speed, .position_counts = position}, a.scale);
+}
+
+}  // namespace tendril::hal

@@ -1,0 +1,148 @@
+#include "hal/odrive_drive.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tendril::hal {
+namespace {
+
+constexpr double kPositionGain = 20;  // 1/s, the firmware's default
+
+}  // namespace
+
+OdriveDrive::OdriveDrive(const OdriveSpec& spec) noexcept
+    : spec_(spec),
+      velocity_limit_(spec.top_speed),
+      position_(spec.position),
+      tells_position_(!spec.late_estimator) {
+  input_.position = static_cast<float>(spec.position);
+}
+
+void OdriveDrive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept {
+  advance(now_ns, out);
+  if (frame.extended || frame.id >> 5 != static_cast<uint32_t>(spec_.node)) return;
+  fed_ns_ = now_ns;
+  if (const auto message = odrive_message(frame, spec_.node)) obey(*message, frame, out);
+}
+
+void OdriveDrive::obey(OdriveMessage message, const Frame& frame, FrameBatch& out) noexcept {
+  switch (message) {
+    case OdriveMessage::kHeartbeat:
+      break;
+    case OdriveMessage::kEstop:
+      inject_fault(odrive_estop_error(spec_.firmware));
+      break;
+    case OdriveMessage::kSetAxisState:
+      if (const auto state = decode_odrive_state(frame, spec_.node)) request_state(*state);
+      break;
+    case OdriveMessage::kEncoderEstimates:
+      if (frame.length == 0) out.push(estimates());
+      break;
+    case OdriveMessage::kSetControllerMode:
+      if (const auto mode = decode_odrive_mode(frame, spec_.node)) mode_ = *mode;
+      break;
+    case OdriveMessage::kSetInputPosition:
+      if (const auto input = decode_odrive_input(frame, spec_.node)) input_ = *input;
+      break;
+    case OdriveMessage::kSetLimits:
+      if (const auto limits = decode_odrive_limits(frame, spec_.node)) velocity_limit_ = limits->velocity;
+      break;
+    case OdriveMessage::kClearErrors:
+      error_ = 0;
+      component_errors_ = 0;
+      break;
+  }
+}
+
+void OdriveDrive::request_state(uint32_t state) noexcept {
+  if (state == kOdriveIdle) {
+    state_ = kOdriveIdle;
+    result_ = kOdriveSuccess;
+  } else if (state != kOdriveClosedLoop) {
+    refuse(kOdriveInvalidState);
+  } else if (!spec_.calibrated) {
+    refuse(kOdriveNotCalibrated);
+  } else if (error_ != 0) {
+    refuse(kOdriveDisarmed);
+  } else {
+    if (!tells_position_) input_ = {.position = static_cast<float>(position_)};
+    tells_position_ = true;
+    state_ = kOdriveClosedLoop;
+    result_ = kOdriveSuccess;
+  }
+}
+
+Frame OdriveDrive::estimates() const noexcept {
+  if (!tells_position_) return encode_odrive_estimates(spec_.node, {});
+  return encode_odrive_estimates(spec_.node, {static_cast<float>(position_), static_cast<float>(velocity_)});
+}
+
+void OdriveDrive::refuse(uint8_t result) noexcept {
+  disarm();
+  result_ = result;
+  if (spec_.firmware == OdriveFirmware::k0_5) error_ |= kOdriveInvalidState_0_5;
+}
+
+void OdriveDrive::advance(int64_t now_ns, FrameBatch& out) noexcept {
+  if (!started_) now_ns_ = fed_ns_ = now_ns;
+  started_ = true;
+  move(now_ns);
+  if (spec_.watchdog_ns > 0 && now_ns - fed_ns_ > spec_.watchdog_ns)
+    inject_fault(odrive_watchdog_error(spec_.firmware));
+  if (now_ns >= next_estimates_ns_) {
+    out.push(estimates());
+    next_estimates_ns_ = now_ns + spec_.encoder_period_ns;
+  }
+  if (now_ns >= next_heartbeat_ns_) {
+    out.push(encode_odrive_heartbeat(spec_.node, spec_.firmware,
+                                     {.axis_error = error_,
+                                      .state = state_,
+                                      .component_errors = component_errors_,
+                                      .procedure_result = result_}));
+    next_heartbeat_ns_ = now_ns + spec_.heartbeat_ns;
+  }
+}
+
+/// Exact for an input that stands still meanwhile, so that long steps are as good as short ones.
+void OdriveDrive::move(int64_t now_ns) noexcept {
+  const double dt = static_cast<double>(now_ns - now_ns_) * 1e-9;
+  now_ns_ = now_ns;
+  if (dt <= 0) return;
+  velocity_ = 0;
+  const bool follows = state_ == kOdriveClosedLoop && mode_.control == kOdrivePositionControl &&
+                       mode_.input == kOdrivePassthrough;
+  if (!follows) return;
+  const double goal = input_.position + input_.velocity / kPositionGain;
+  const double way = (goal - position_) * -std::expm1(-kPositionGain * dt);
+  const double longest = std::min(spec_.top_speed, velocity_limit_) * dt;
+  const double moved = std::clamp(way, -longest, longest);
+  position_ += moved;
+  velocity_ = moved / dt;
+}
+
+PowerStage OdriveDrive::power_stage() const noexcept {
+  if (error_ != 0) return PowerStage::kFault;
+  return state_ == kOdriveClosedLoop ? PowerStage::kOn : PowerStage::kOff;
+}
+
+void OdriveDrive::inject_fault(uint32_t error) noexcept {
+  error_ |= error;
+  disarm();
+}
+
+void OdriveDrive::overheat() noexcept {
+  inject_fault(spec_.firmware == OdriveFirmware::k0_5 ? kOdriveOverTemperature_0_5
+                                                      : kOdriveInverterOverTemperature_0_6);
+}
+
+void OdriveDrive::unplug_motor() noexcept {
+  if (spec_.firmware == OdriveFirmware::k0_5) component_errors_ |= 1;
+  disarm();
+}
+
+void OdriveDrive::disarm() noexcept {
+  if (state_ == kOdriveClosedLoop) result_ = kOdriveDisarmed;
+  state_ = kOdriveIdle;
+}
+
+}  // namespace tendril::hal

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+
+#include "hal/frame_batch.h"
+#include "hal/odrive.h"
+#include "hal/simulated_drive.h"
+
+namespace tendril::hal {
+
+/// What a simulated ODrive axis is made of. Durations in ns.
+struct OdriveSpec {
+  int node = 0;  // 0..63
+  OdriveFirmware firmware = OdriveFirmware::k0_6;
+  double top_speed = 100;  // rev/s, > 0
+  double position = 0;     // where it stands at power-on, rev
+  bool calibrated = true;  // false: it refuses closed-loop control, as without a reference
+  /// As firmware 0.5 of commit 073da34: tells 0 for its position until its first closed-loop control, and
+  /// begins that with its true position for an input.
+  bool late_estimator = false;
+  int64_t heartbeat_ns = 100'000'000;
+  int64_t encoder_period_ns = 10'000'000;
+  int64_t watchdog_ns = 0;  // without a frame for that long it disarms; 0: never
+};
+
+/// One simulated ODrive axis in position control with the input passed through.
+///
+/// Its position follows the input as a proportional loop does that is told the velocity too, with a top
+/// speed. The winch behind it is self-locking: outside closed-loop control the position stays where it is.
+/// Spoken are the messages of OdriveMessage; other states than idle and closed-loop control, and other modes,
+/// are refused or do not move it. Remote frames never leave a bus (see Frame), so encoder estimates are asked
+/// for by an empty frame, which both firmware families take as well. The watchdog runs in every state, as in
+/// firmware 0.5. [Axis::watchdog_check, Controller::update of firmware 0.5]
+class OdriveDrive {
+ public:
+  /// Powers the axis on. Real-time: yes.
+  explicit OdriveDrive(const OdriveSpec& spec) noexcept;
+
+  /// Takes in a frame at an instant and appends the answers; frames of others are ignored.
+  /// @param now_ns  never before an earlier call's
+  /// Real-time: yes (bounded, no allocation).
+  void receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept;
+
+  /// Lets time pass up to `now_ns`: motion, watchdog, heartbeats, encoder estimates.
+  /// Real-time: yes (bounded, no allocation).
+  void advance(int64_t now_ns, FrameBatch& out) noexcept;
+
+  /// Position of the winch, rev. Real-time: yes.
+  double position() const noexcept { return position_; }
+
+  /// State of the axis as its heartbeat tells it. Real-time: yes.
+  uint8_t state() const noexcept { return state_; }
+
+  /// Error bits as its heartbeat tells them. Real-time: yes.
+  uint32_t axis_error() const noexcept { return error_; }
+
+  /// State of the power stage, whatever the protocol calls it. Real-time: yes.
+  PowerStage power_stage() const noexcept;
+
+  /// Makes the axis fail with those error bits. Real-time: yes.
+  void inject_fault(uint32_t error) noexcept;
+
+  /// Makes it fail as a hot power stage would. Real-time: yes.
+  void overheat() noexcept;
+
+  /// Unplugs the motor: the axis disarms with axis error 0, as firmware 0.5 does (ODrive issue 700).
+  /// Real-time: yes.
+  void unplug_motor() noexcept;
+
+ private:
+  void obey(OdriveMessage message, const Frame& frame, FrameBatch& out) noexcept;
+  void request_state(uint32_t state) noexcept;
+  void refuse(uint8_t result) noexcept;
+  Frame estimates() const noexcept;
+  void disarm() noexcept;
+  void move(int64_t now_ns) noexcept;
+
+  OdriveSpec spec_;
+  uint8_t state_ = kOdriveIdle;
+  uint32_t error_ = 0;
+  uint8_t component_errors_ = 0, result_ = kOdriveSuccess;
+  OdriveMode mode_{0, 0};  // as if never set up: it must be told
+  OdriveInput input_;
+  double velocity_limit_;  // rev/s
+  double position_;        // rev
+  double velocity_ = 0;    // rev/s, over the last motion
+  bool tells_position_;
+
+  int64_t now_ns_ = 0;
+  bool started_ = false;  // now_ns_ has been set
+  int64_t fed_ns_ = 0;
+  int64_t next_heartbeat_ns_ = 0, next_estimates_ns_ = 0;
+};
+
+}  // namespace tendril::hal

@@ -1,0 +1,185 @@
+#include "hal/odrive_drive.h"
+
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+using namespace tendril::hal;
+
+namespace {
+
+constexpr int64_t kMillisecond_ns = 1'000'000;
+
+/// An axis, node 2, that is talked to frame by frame.
+struct Bench {
+  explicit Bench(OdriveSpec spec = {}) : drive(at_node_2(spec)) { advance(0); }
+
+  static OdriveSpec at_node_2(OdriveSpec spec) {
+    spec.node = 2;
+    return spec;
+  }
+
+  std::vector<std::string> say(const Frame& frame) {
+    FrameBatch out;
+    drive.receive(frame, now_ns, out);
+    return texts(out);
+  }
+
+  std::vector<std::string> advance(int64_t duration_ns) {
+    FrameBatch out;
+    now_ns += duration_ns;
+    drive.advance(now_ns, out);
+    return texts(out);
+  }
+
+  /// Advances in steps and says how often frames of that identifier came.
+  int count(const std::string& id, int64_t duration_ns) {
+    int number = 0;
+    for (const int64_t end_ns = now_ns + duration_ns; now_ns < end_ns;)
+      for (const std::string& text : advance(kMillisecond_ns)) number += text.starts_with(id) ? 1 : 0;
+    return number;
+  }
+
+  void close() {
+    say(encode_odrive_mode(2, {}));
+    say(encode_odrive_state(2, kOdriveClosedLoop));
+  }
+
+  static std::vector<std::string> texts(const FrameBatch& batch) {
+    std::vector<std::string> list;
+    for (const Frame& frame : batch) list.push_back(to_text(frame));
+    return list;
+  }
+
+  OdriveDrive drive;
+  int64_t now_ns = 0;
+};
+
+}  // namespace
+
+TEST_CASE("An axis tells its position every 10 ms and that it lives every 100 ms", "[unit]") {
+  Bench bench;
+  CHECK(bench.count("049#", 1'000 * kMillisecond_ns) == 100);
+  CHECK(bench.count("041#", 1'000 * kMillisecond_ns) == 10);
+  Bench fast({.encoder_period_ns = 2 * kMillisecond_ns});
+  CHECK(fast.count("049#", 1'000 * kMillisecond_ns) == 500);
+}
+
+TEST_CASE("An empty frame asks for the position", "[unit]") {
+  Bench bench({.position = 1.5});
+  CHECK(bench.say(*parse_frame("049#")) == std::vector<std::string>{"049#0000C03F00000000"});
+  CHECK(bench.say(*parse_frame("069#")).empty());                  // another node
+  CHECK(bench.say(*parse_frame("049#0000000000000000")).empty());  // nobody's question
+}
+
+TEST_CASE("An axis in closed-loop control follows its input with the speed that it has", "[unit]") {
+  Bench bench({.top_speed = 2, .position = 1});
+  bench.close();
+  CHECK(bench.drive.power_stage() == PowerStage::kOn);
+  bench.say(encode_odrive_input(2, {.position = 5}));
+  bench.advance(500 * kMillisecond_ns);
+  CHECK(bench.drive.position() == Approx(2.0));  // at top speed
+  bench.advance(2'000 * kMillisecond_ns);
+  CHECK(bench.drive.position() == Approx(5.0));
+  bench.say(encode_odrive_limits(2, {.velocity = 0.5f, .current = 10}));
+  bench.say(encode_odrive_input(2, {.position = 0}));
+  bench.advance(1'000 * kMillisecond_ns);
+  CHECK(bench.drive.position() == Approx(4.5));
+}
+
+TEST_CASE("Without the velocity an axis lags behind a moving input, with it it does not", "[unit]") {
+  for (const bool told : {false, true}) {
+    Bench bench;
+    bench.close();
+    const double speed = 0.5;  // rev/s
+    for (int k = 1; k <= 1000; ++k) {
+      bench.say(encode_odrive_input(2, {.position = static_cast<float>(speed * k * 1e-3),
+                                        .velocity = told ? static_cast<float>(speed) : 0}));
+      bench.advance(kMillisecond_ns);
+    }
+    CHECK(speed - bench.drive.position() == Approx(told ? 0 : speed / 20).margin(1e-3));
+  }
+}
+
+TEST_CASE("The winch locks itself outside closed-loop control, and in modes that are none of ours",
+          "[unit]") {
+  Bench bench({.position = 1});
+  bench.say(encode_odrive_mode(2, {}));
+  bench.say(encode_odrive_input(2, {.position = 5}));
+  bench.advance(1'000 * kMillisecond_ns);
+  CHECK(bench.drive.position() == 1.0);
+  Bench other({.position = 1});
+  other.say(encode_odrive_mode(2, {.control = 1}));  // torque
+  other.say(encode_odrive_state(2, kOdriveClosedLoop));
+  other.say(encode_odrive_input(2, {.position = 5}));
+  other.advance(1'000 * kMillisecond_ns);
+  CHECK(other.drive.position() == 1.0);
+}
+
+TEST_CASE("The watchdog goes off where no frame comes, whatever frame feeds it", "[unit]") {
+  const OdriveFirmware firmware = GENERATE(OdriveFirmware::k0_5, OdriveFirmware::k0_6);
+  Bench bench({.firmware = firmware, .watchdog_ns = 100 * kMillisecond_ns});
+  bench.close();
+  for (int k = 0; k < 20; ++k) {
+    bench.say(*parse_frame(k % 2 ? "05F#" : "04C#"));  // unknown, too short: they feed all the same
+    bench.advance(50 * kMillisecond_ns);
+  }
+  CHECK(bench.drive.power_stage() == PowerStage::kOn);
+  bench.advance(100 * kMillisecond_ns);
+  CHECK(bench.drive.axis_error() == odrive_watchdog_error(firmware));
+  CHECK(bench.drive.state() == kOdriveIdle);
+  CHECK(bench.drive.power_stage() == PowerStage::kFault);
+
+  bench.say(encode_odrive_state(2, kOdriveClosedLoop));
+  CHECK(bench.drive.state() == kOdriveIdle);  // refused with an error pending
+  bench.say(encode_odrive_clear_errors(2));
+  CHECK(bench.drive.axis_error() == 0);
+  bench.say(encode_odrive_state(2, kOdriveClosedLoop));
+  CHECK(bench.drive.state() == kOdriveClosedLoop);
+}
+
+TEST_CASE("A frame to another node feeds no watchdog", "[unit]") {
+  Bench bench({.watchdog_ns = 100 * kMillisecond_ns});
+  for (int k = 0; k < 20; ++k) {
+    bench.say(*parse_frame("02C#0000000000000000"));
+    bench.advance(10 * kMillisecond_ns);
+  }
+  CHECK(bench.drive.power_stage() == PowerStage::kFault);
+}
+
+TEST_CASE("An axis without calibration refuses closed-loop control and says why", "[unit]") {
+  Bench recent({.calibrated = false});
+  recent.close();
+  CHECK(recent.drive.state() == kOdriveIdle);
+  CHECK(recent.drive.axis_error() == 0);
+  CHECK(recent.advance(100 * kMillisecond_ns).back() == "041#00000000010E0000");  // 14, not calibrated
+  Bench old({.firmware = OdriveFirmware::k0_5, .calibrated = false});
+  old.close();
+  CHECK(old.drive.state() == kOdriveIdle);
+  CHECK(old.advance(100 * kMillisecond_ns).back() == "041#0100000001000000");  // invalid state
+}
+
+TEST_CASE("An emergency stop, heat and an unplugged motor disarm, each in its own way", "[unit]") {
+  Bench stopped;
+  stopped.close();
+  stopped.say(*parse_frame("042#"));
+  CHECK(stopped.drive.axis_error() == odrive_estop_error(OdriveFirmware::k0_6));
+  CHECK(stopped.drive.state() == kOdriveIdle);
+  Bench hot({.firmware = OdriveFirmware::k0_5});
+  hot.close();
+  hot.drive.overheat();
+  CHECK(hot.drive.axis_error() == kOdriveOverTemperature_0_5);
+  CHECK(hot.drive.power_stage() == PowerStage::kFault);
+  Bench unplugged({.firmware = OdriveFirmware::k0_5});
+  unplugged.close();
+  unplugged.drive.unplug_motor();
+  CHECK(unplugged.advance(100 * kMillisecond_ns).back() == "041#0000000001010000");  // error 0, idle
+}
+
+TEST_CASE("States other than idle and closed-loop control are refused", "[unit]") {
+  Bench bench;
+  bench.close();
+  bench.say(encode_odrive_state(2, 3));
+  CHECK(bench.drive.state() == kOdriveIdle);
+  CHECK(bench.advance(100 * kMillisecond_ns).back() == "041#00000000010D0000");  // 13, invalid state
+}
