@@ -19,8 +19,9 @@ constexpr Range kNotNegative = {.at_least = 0};
 constexpr Range kLoopRate = {.above = 0, .at_most = kFastestRate};
 constexpr Range kCpu = {.at_least = -1, .at_most = 1023};
 constexpr Range kHeartbeat = {.at_least = 1e-3, .at_most = 65.535};  // u16 in ms, CiA 301 objects 1016, 1017
-constexpr std::size_t kLongestInterface = 15;                        // IFNAMSIZ less the final 0
-constexpr std::size_t kLongestSocketPath = 107;                      // sun_path likewise
+constexpr Range kEncoderPeriod = {.at_least = 1e-3, .at_most = 25e-3};  // half the feedback timeout
+constexpr std::size_t kLongestInterface = 15;                           // IFNAMSIZ less the final 0
+constexpr std::size_t kLongestSocketPath = 107;                         // sun_path likewise
 
 void read_control(Reader& r, ControlConfig& control) {
   r.may("rate", control.rate_hz, Dimension::kRate, kLoopRate);
@@ -60,7 +61,19 @@ void read_bus(Reader& r, BusConfig& bus) {
   bus.line = r.line();
   r.need("name", bus.name, read_bus_name);
   r.may("bitrate", bus.bitrate, Dimension::kBitRate, Range{.above = 0, .at_most = 1e6});  // classic CAN
-  r.may("master_node", bus.master_node, kNodeId);
+  r.may("protocol", bus.protocol,
+        Words<hal::Protocol>{{"canopen", hal::Protocol::kCanopen}, {"odrive", hal::Protocol::kOdrive}});
+  if (bus.protocol == hal::Protocol::kOdrive) {  // what the drives are delivered with
+    bus.heartbeat = 0.1;
+    bus.heartbeat_timeout = 0.25;
+  }
+  r.may("master_node", bus.master_node, only_with(hal::Protocol::kCanopen, bus.protocol, kCanopenNode));
+  r.may("firmware", bus.firmware,
+        only_with(hal::Protocol::kOdrive, bus.protocol,
+                  Words<hal::OdriveFirmware>{{"0.5", hal::OdriveFirmware::k0_5},
+                                             {"0.6", hal::OdriveFirmware::k0_6}}));
+  r.may("encoder_period", bus.encoder_period,
+        only_with(hal::Protocol::kOdrive, bus.protocol, Dimension::kTime, kEncoderPeriod));
   r.may("heartbeat", bus.heartbeat, Dimension::kTime, kHeartbeat);
   r.may("heartbeat_timeout", bus.heartbeat_timeout, Dimension::kTime, kHeartbeat);
   r.may("tracker", bus.tracker_id, Range{.at_least = 0, .at_most = 0x7FF});
@@ -104,9 +117,11 @@ void read_robot(Reader& r, Config& config) {
   r.need("fixed", config.fixed, read_region);
   r.may("snap", config.snap, Dimension::kLength, kNotNegative);
   r.need("effectors", config.effectors, read_effector);
-  r.need("actuators", config.actuators, read_actuator);
-  r.may("control", config.control, read_control);
   r.need("bus", config.bus, read_bus);
+  r.need("actuators", config.actuators, [&](Reader& section, ActuatorConfig& actuator) {
+    read_actuator(section, actuator, config.bus.protocol);
+  });
+  r.may("control", config.control, read_control);
   r.may("motion", config.motion,
         [&](Reader& section, MotionConfig& motion) { read_motion(section, motion, config.effectors); });
   r.may("plant", config.plant, read_plant);

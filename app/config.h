@@ -13,6 +13,7 @@
 #include "fem/equilibrium.h"
 #include "fem/material.h"
 #include "fem/mesh.h"
+#include "hal/master_config.h"
 #include "rt/controller.h"
 
 namespace tendril::app {
@@ -81,12 +82,14 @@ struct EffectorConfig {
   int coordinates() const;  // that are controlled
 };
 
-/// One axis of the bus: how the displacement of its actuator becomes counts of the drive's encoder.
+/// One axis of the bus: how the displacement of its actuator becomes a position of its drive.
 struct DriveConfig {
-  int node = 0;                      // CANopen node id, 1..127, no other drive's and not the master's
-  double counts_per_turn = 0;        // encoder counts in one turn
+  int node = 0;                      // no other drive's and not the master's; 1..127, with ODrive 0..63
+  double counts_per_turn = 1;        // encoder counts in one turn; 1 where the protocol counts turns
   double displacement_per_turn = 0;  // m or m³: circumference of a pulley, lead of a screw, volume of a pump
   bool reversed = false;             // true where the displacement falls as the count rises
+  double velocity_limit = 0;         // rev/s, of an ODrive axis; 0: as it is set up
+  double current_limit = 0;          // A, likewise; both or neither
   int line = 0;
 };
 
@@ -147,10 +150,13 @@ struct ControlConfig {
 
 /// The CAN bus to the drives.
 struct BusConfig {
-  std::string name;                 // a CAN interface, or local:PATH
-  double bitrate = 1e6;             // bit/s
-  int master_node = 127;            // CANopen node id of this controller
-  double heartbeat = 0.05;          // s between heartbeats, both ways
+  std::string name;      // a CAN interface, or local:PATH
+  double bitrate = 1e6;  // bit/s
+  hal::Protocol protocol = hal::Protocol::kCanopen;
+  int master_node = 127;  // CANopen node id of this controller
+  hal::OdriveFirmware firmware = hal::OdriveFirmware::k0_6;
+  double encoder_period = 0.01;     // s between an ODrive axis' encoder estimates
+  double heartbeat = 0.05;          // s between heartbeats; with CANopen both ways
   double heartbeat_timeout = 0.15;  // s
   int tracker_id = 0;               // identifier of the frames of the effector's tracker; 0: there is none
   int line = 0;

@@ -132,31 +132,32 @@ void read_weights(const Value& v, EffectorConfig& effector) {
     v.fail(fmt::format("a number, or one for each of the {} controlled coordinates", effector.coordinates()));
 }
 
-void read_drive(Reader& r, DriveConfig& drive) {
+void read_drive(Reader& r, DriveConfig& drive, hal::Protocol protocol) {
+  constexpr auto kOdrive = hal::Protocol::kOdrive;
   drive.line = r.line();
-  r.need("node", drive.node, kNodeId);
-  r.need("counts_per_turn", drive.counts_per_turn, Dimension::kNumber, kPositive);
+  r.need("node", drive.node, protocol == kOdrive ? kOdriveNode : kCanopenNode);
+  const auto read_counts = only_with(hal::Protocol::kCanopen, protocol, Dimension::kNumber, kPositive);
+  if (protocol == kOdrive)  // positions are in turns already
+    r.may("counts_per_turn", drive.counts_per_turn, read_counts);
+  else
+    r.need("counts_per_turn", drive.counts_per_turn, read_counts);
   r.may("reversed", drive.reversed);
+  r.may("velocity_limit", drive.velocity_limit,
+        only_with(kOdrive, protocol, Dimension::kTurnRate, kPositive));
+  r.may("current_limit", drive.current_limit, only_with(kOdrive, protocol, Dimension::kCurrent, kPositive));
 }
 
-void read_winch(Reader& r, DriveConfig& drive) {
-  read_drive(r, drive);
-  double pulley_radius = 0;
-  r.need("pulley_radius", pulley_radius, Dimension::kLength, kPositive);
-  drive.displacement_per_turn = 2 * std::numbers::pi * pulley_radius;
+/// The drive of an actuator, with the key that says what a turn of it is worth.
+auto drive_of(hal::Protocol protocol, std::string_view key, Dimension dimension, double factor = 1) {
+  return [=](Reader& r, DriveConfig& drive) {
+    read_drive(r, drive, protocol);
+    double length_or_volume = 0;
+    r.need(key, length_or_volume, dimension, kPositive);
+    drive.displacement_per_turn = factor * length_or_volume;
+  };
 }
 
-void read_screw(Reader& r, DriveConfig& drive) {
-  read_drive(r, drive);
-  r.need("lead", drive.displacement_per_turn, Dimension::kLength, kPositive);
-}
-
-void read_pump(Reader& r, DriveConfig& drive) {
-  read_drive(r, drive);
-  r.need("volume_per_turn", drive.displacement_per_turn, Dimension::kVolume, kPositive);
-}
-
-void read_cavity(Reader& r, ActuatorConfig& actuator) {
+void read_cavity(Reader& r, ActuatorConfig& actuator, hal::Protocol protocol) {
   r.may("cavity", actuator.kind.emplace<CavityConfig>().region, read_region);
   r.need("pressure", actuator.effort_min, actuator.effort_max, Dimension::kPressure);
   r.need("growth", actuator, [](const Value& v, ActuatorConfig& filled) {
@@ -164,7 +165,7 @@ void read_cavity(Reader& r, ActuatorConfig& actuator) {
     v.read(filled.displacement_min, filled.displacement_max, Dimension::kVolume);
   });
   r.need("top_flow", actuator.top_rate, Dimension::kFlow, kPositive);
-  r.need("drive", actuator.drive, read_pump);
+  r.need("drive", actuator.drive, drive_of(protocol, "volume_per_turn", Dimension::kVolume));
 }
 
 void read_travel(Reader& r, ActuatorConfig& actuator) {
@@ -172,15 +173,16 @@ void read_travel(Reader& r, ActuatorConfig& actuator) {
   r.need("top_speed", actuator.top_rate, Dimension::kSpeed, kPositive);
 }
 
-void read_cable(Reader& r, ActuatorConfig& actuator) {
+void read_cable(Reader& r, ActuatorConfig& actuator, hal::Protocol protocol) {
   r.may("cable", actuator.kind.emplace<CableConfig>().points, read_end);
   r.need("tension", actuator.effort_min, actuator.effort_max, Dimension::kForce, kNotNegative);
   read_travel(r, actuator);
-  r.need("drive", actuator.drive, read_winch);
+  r.need("drive", actuator.drive,
+         drive_of(protocol, "pulley_radius", Dimension::kLength, 2 * std::numbers::pi));
 }
 
 /// A rod or a force, which push as well as they pull.
-void read_thrust(Reader& r, ActuatorConfig& actuator, bool is_rod) {
+void read_thrust(Reader& r, ActuatorConfig& actuator, hal::Protocol protocol, bool is_rod) {
   if (is_rod) {
     r.may("rod", actuator.kind.emplace<RodConfig>(), read_rod);
   } else {
@@ -190,7 +192,7 @@ void read_thrust(Reader& r, ActuatorConfig& actuator, bool is_rod) {
   }
   r.need("force", actuator.effort_min, actuator.effort_max, Dimension::kForce);
   read_travel(r, actuator);
-  r.need("drive", actuator.drive, read_screw);
+  r.need("drive", actuator.drive, drive_of(protocol, "lead", Dimension::kLength));
 }
 
 }  // namespace
@@ -251,15 +253,15 @@ void read_effector(Reader& r, EffectorConfig& effector) {
   r.may("weight", effector, read_weights);
 }
 
-void read_actuator(Reader& r, ActuatorConfig& actuator) {
+void read_actuator(Reader& r, ActuatorConfig& actuator, hal::Protocol protocol) {
   r.need("name", actuator.name, read_name);
   const std::string_view kind = r.one_of({"cable", "rod", "push", "cavity"});
   if (kind == "cable") {
-    read_cable(r, actuator);
+    read_cable(r, actuator, protocol);
   } else if (kind == "cavity") {
-    read_cavity(r, actuator);
+    read_cavity(r, actuator, protocol);
   } else {
-    read_thrust(r, actuator, kind == "rod");
+    read_thrust(r, actuator, protocol, kind == "rod");
   }
 }
 

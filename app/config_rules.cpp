@@ -88,22 +88,40 @@ void check_actuators(const Value& robot, const Config& config) {
   }
 }
 
-/// @return the node ids in use, the master's first
+constexpr auto kOdrive = hal::Protocol::kOdrive;
+
+/// @return the node ids in use
 std::vector<int> check_nodes(const Value& robot, const Config& config) {
-  std::vector<int> nodes = {config.bus.master_node};
+  std::vector<int> nodes;
+  std::vector<std::string> owners;
+  const auto add = [&](int node, const std::string& owner) {
+    nodes.push_back(node);
+    owners.push_back(owner);
+  };
+  if (config.bus.protocol != kOdrive) add(config.bus.master_node, "bus.master_node");
   for (std::size_t i = 0; i < config.actuators.size(); ++i) {
     const int node = config.actuators[i].drive.node;
     const auto taken = std::ranges::find(nodes, node);
     if (taken != nodes.end()) {
-      const auto owner = taken - nodes.begin() - 1;
       const Value place = robot.at("actuators").at(i).at("drive").at("node");
-      place.fail("a node id of its own, " +
-                 (owner < 0 ? "bus.master_node" : fmt::format("actuators[{}].drive", owner)) +
-                 " has this one");
+      place.fail("a node id of its own, " + owners[taken - nodes.begin()] + " has this one");
     }
-    nodes.push_back(node);
+    add(node, fmt::format("actuators[{}].drive", i));
   }
   return nodes;
+}
+
+/// One frame carries both limits.
+void check_limits(const Value& robot, const Config& config) {
+  for (std::size_t i = 0; i < config.actuators.size(); ++i) {
+    const DriveConfig& drive = config.actuators[i].drive;
+    if ((drive.velocity_limit > 0) == (drive.current_limit > 0)) continue;
+    const bool has_velocity = drive.velocity_limit > 0;
+    const Value place =
+        robot.at("actuators").at(i).at("drive").at(has_velocity ? "current_limit" : "velocity_limit");
+    place.fail(has_velocity ? "a current limit beside the velocity limit"
+                            : "a velocity limit beside the current limit");
+  }
 }
 
 void check_bus(const Value& robot, const Config& config, const std::vector<int>& nodes) {
@@ -114,7 +132,7 @@ void check_bus(const Value& robot, const Config& config, const std::vector<int>&
     timeout.fail(
         fmt::format("at least two heartbeats, {} s (it is {} s)", 2 * bus.heartbeat, bus.heartbeat_timeout));
   }
-  const std::string owner = bus.tracker_id == 0 ? "" : identifier_owner(bus.tracker_id, nodes);
+  const std::string owner = bus.tracker_id == 0 ? "" : identifier_owner(bus.protocol, bus.tracker_id, nodes);
   if (!owner.empty()) robot.at("bus").at("tracker").fail("an identifier that is free; this is " + owner);
 }
 
@@ -136,7 +154,13 @@ void check_motion(const Value& robot, const Config& config) {
 
 }  // namespace
 
-std::string identifier_owner(int identifier, const std::vector<int>& nodes) {
+std::string identifier_owner(hal::Protocol protocol, int identifier, const std::vector<int>& nodes) {
+  if (protocol == kOdrive) {
+    const int owner = identifier >> 5;
+    return std::ranges::find(nodes, owner) == nodes.end()
+               ? ""
+               : fmt::format("message 0x{:02X} of node {}", identifier & 0x1F, owner);
+  }
   if (identifier == 0x000) return "the NMT command";
   if (identifier == 0x080) return "SYNC";
   struct Function {
@@ -170,6 +194,7 @@ void check_rules(const Value& robot, const Config& config) {
   check_material(robot, config);
   check_actuators(robot, config);
   const std::vector<int> nodes = check_nodes(robot, config);
+  check_limits(robot, config);
   check_bus(robot, config, nodes);
   check_motion(robot, config);
 }

@@ -14,7 +14,7 @@
 #include "app/model_refresher.h"
 #include "app/plant.h"
 #include "app/private_bus.h"
-#include "hal/cia402_master.h"
+#include "hal/drive_protocol.h"
 #include "rt/control_loop.h"
 
 namespace tendril::app {
@@ -76,10 +76,10 @@ class Rehearsal {
         drives_bus_(hal::open_bus(medium_.name(), hal::BusRole::kHost)),
         bus_(medium_.name(), now_ns_),
         drives_(with_plant(config)),
-        master_(master_config(config)),
+        master_(hal::make_master(master_config(config))),
         controller_(undisturbed(config)),
         channels_(std::make_unique<Channels>()),
-        loop_(bus_, master_, controller_, channels_->snapshots, channels_->targets, channels_->feedback,
+        loop_(bus_, *master_, controller_, channels_->snapshots, channels_->targets, channels_->feedback,
               channels_->requests) {
     publish_rest(robot, config, now_ns_, *channels_);
   }
@@ -105,7 +105,7 @@ class Rehearsal {
     return phase_ == rt::Phase::kRunning;
   }
 
-  std::string fault() const { return master_.describe(controller_.drive_fault()); }
+  std::string fault() const { return master_->describe(controller_.drive_fault()); }
 
  private:
   std::int64_t now_ns_ = 1'000'000'000, period_ns_;  // stamps of zero mean "never"
@@ -113,7 +113,7 @@ class Rehearsal {
   std::unique_ptr<hal::Bus> drives_bus_;
   RehearsalBus bus_;
   PlantDrives drives_;
-  hal::Cia402Master master_;
+  std::unique_ptr<hal::DriveMaster> master_;
   rt::Controller controller_;
   std::unique_ptr<Channels> channels_;
   rt::ControlLoop loop_;

@@ -227,7 +227,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   rt::Controller controller(limits);
 
   const auto bus = hal::open_bus(options.bus.empty() ? config.bus.name : options.bus, hal::BusRole::kJoin,
-                                 master.identifiers());
+                                 master->identifiers());
   const size_t m = config.actuators.size();
   spdlog::info("{}: {} on {}", config.robot, m == 1 ? "one actuator" : fmt::format("{} actuators", m),
                bus->describe());

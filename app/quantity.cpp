@@ -57,6 +57,10 @@ constexpr std::array kUnits = {
     Unit{"ml/s", Dimension::kFlow, 1, 1e6},
     Unit{"l/min", Dimension::kFlow, 1, 6e4},
     Unit{"ml/min", Dimension::kFlow, 1, 6e7},
+    Unit{"rev/s", Dimension::kTurnRate},
+    Unit{"rpm", Dimension::kTurnRate, 1, 60},
+    Unit{"A", Dimension::kCurrent},
+    Unit{"mA", Dimension::kCurrent, 1, 1e3},
 };
 
 struct Noun {
@@ -93,6 +97,10 @@ Noun noun_of(Dimension dimension) {
       return {"a volume", "volumes"};
     case Dimension::kFlow:
       return {"a flow", "flows"};
+    case Dimension::kTurnRate:
+      return {"a turn rate", "turn rates"};
+    case Dimension::kCurrent:
+      return {"a current", "currents"};
   }
   return {"a value", "values"};
 }

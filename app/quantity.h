@@ -23,6 +23,8 @@ enum class Dimension {
   kAngle,         // rad
   kVolume,        // m³
   kFlow,          // m³/s
+  kTurnRate,      // rev/s
+  kCurrent,       // A
 };
 
 /// Reads "numbers unit" ("0 0 125 mm", "150 kPa", "0.45") whatever the locale: as many finite decimal numbers

@@ -202,10 +202,14 @@ hal::MasterConfig master_config(const Config& config) {
     axis.name = actuator.name;
     axis.node = drive.node;
     axis.scale = {drive.counts_per_turn, drive.displacement_per_turn, drive.reversed};
+    axis.odrive = {drive.velocity_limit, drive.current_limit};
     result.axes.push_back(axis);
   }
   result.period_ns = nanoseconds(1 / config.control.rate_hz);
+  result.protocol = config.bus.protocol;
   result.canopen.master_node = config.bus.master_node;
+  result.odrive.firmware = config.bus.firmware;
+  result.odrive.encoder_period_ns = nanoseconds(config.bus.encoder_period);
   result.heartbeat_ns = nanoseconds(config.bus.heartbeat);
   result.heartbeat_timeout_ns = nanoseconds(config.bus.heartbeat_timeout);
   result.tracker_id = static_cast<std::uint32_t>(config.bus.tracker_id);

@@ -204,7 +204,7 @@ TEST_CASE("An unknown key is refused with the nearest known one", "[unit]") {
       {"pulley_radius: 11",
        "radius: 11",
        nullptr,
-       {"drive: unknown key 'radius'; known keys: counts_per_turn node"}},
+       {"drive: unknown key 'radius'; known keys: counts_per_turn current_limit"}},
       {"stop: hold", "stop: hold\n  zzz: 1", "zzz", {"control: unknown key 'zzz'; known keys: cpu"}},
       {"box:", "bax:", nullptr, {"fixed: unknown key 'bax'; did you mean 'box'?"}},
       {"robot: twin", "Robot: twin", nullptr, {"unknown key 'Robot'; did you mean 'robot'?"}},

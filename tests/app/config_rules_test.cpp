@@ -1,6 +1,7 @@
 #include "app/config_rules.h"
 
 #include <catch2/catch.hpp>
+#include <regex>
 
 #include "mistake.h"
 #include "robot_file.h"
@@ -106,17 +107,98 @@ TEST_CASE("A waypoint on the border of the workspace lies in it, whatever binary
 
 TEST_CASE("An identifier of the bus belongs to whom CiA 301 gives it, and else is free", "[unit]") {
   const std::vector<int> nodes = {127, 1, 2};
-  CHECK(identifier_owner(0x000, nodes) == "the NMT command");
-  CHECK(identifier_owner(0x080, nodes) == "SYNC");
+  const auto owner = [&nodes](int id) {
+    return identifier_owner(tendril::hal::Protocol::kCanopen, id, nodes);
+  };
+  CHECK(owner(0x000) == "the NMT command");
+  CHECK(owner(0x080) == "SYNC");
   int owned = 0;
-  for (int id = 0; id <= 0x7FF; ++id) owned += identifier_owner(id, nodes).empty() ? 0 : 1;
+  for (int id = 0; id <= 0x7FF; ++id) owned += owner(id).empty() ? 0 : 1;
   CHECK(owned == 2 + 3 * 12);  // emergency, four PDOs each way, SDO each way, heartbeat
   for (int id : {0x081, 0x181, 0x201, 0x281, 0x301, 0x381, 0x401, 0x481, 0x501, 0x581, 0x601, 0x701}) {
     CAPTURE(id);
-    CHECK_THAT(identifier_owner(id, nodes), Catch::EndsWith("of node 1"));
-    CHECK(identifier_owner(id + 2, nodes).empty());
+    CHECK_THAT(owner(id), Catch::EndsWith("of node 1"));
+    CHECK(owner(id + 2).empty());
   }
-  CHECK(identifier_owner(0x101, nodes).empty());
+  CHECK(owner(0x101).empty());
+}
+
+/// kGood with ODrive axes: nodes 1 and 2, positions in turns, the heartbeats that the drives come with.
+std::string good_odrive() {
+  std::string yaml = kGood;
+  for (const auto& [pattern, replacement] :
+       {std::pair{"counts_per_turn: [0-9]+, ", ""}, std::pair{"  master_node: .*\n", "  protocol: odrive\n"},
+        std::pair{"  heartbeat(_timeout)?: .*\n", ""}, std::pair{"tracker: 0x1F0", "tracker: 0x7F0"}})
+    yaml = std::regex_replace(yaml, std::regex(pattern), replacement);
+  return yaml;
+}
+
+/// What is said of it with one replacement.
+std::string error_with(const std::string& from, const std::string& to) {
+  std::string yaml = good_odrive();
+  INFO(yaml << "\n" << from);
+  REQUIRE(yaml.find(from) != std::string::npos);
+  yaml.replace(yaml.find(from), from.size(), to);
+  return error_of(RobotFile(yaml).path());
+}
+
+TEST_CASE("A robot with ODrive axes has the keys, ranges and defaults of that protocol", "[unit]") {
+  CHECK(error_of(RobotFile(good_odrive()).path()) == "no error");
+  std::string yaml = good_odrive();
+  yaml.replace(yaml.find("node: 1,"), 8, "node: 0, velocity_limit: 1200 rpm, current_limit: 10 A,");
+  yaml.replace(yaml.find("protocol: odrive"), 16,
+               "protocol: odrive\n  firmware: 0.5\n  encoder_period: 2 ms");
+  const Config c = load_config(RobotFile(yaml).path());
+  CHECK(c.bus.protocol == tendril::hal::Protocol::kOdrive);
+  CHECK(c.bus.firmware == tendril::hal::OdriveFirmware::k0_5);
+  CHECK(c.bus.encoder_period == Approx(2e-3));
+  CHECK(c.bus.heartbeat == Approx(0.1));
+  CHECK(c.bus.heartbeat_timeout == Approx(0.25));
+  CHECK(c.actuators[0].drive.node == 0);
+  CHECK(c.actuators[0].drive.counts_per_turn == 1);
+  CHECK(c.actuators[0].drive.velocity_limit == Approx(20));
+  CHECK(c.actuators[0].drive.current_limit == Approx(10));
+  CHECK(c.actuators[1].drive.velocity_limit == 0);
+}
+
+TEST_CASE("Keys that belong to the other protocol are refused, and so are ODrive's own mistakes", "[unit]") {
+  using Catch::Contains;
+  CHECK_THAT(
+      error_with("node: 1,", "node: 1, counts_per_turn: 8192,"),
+      Contains("actuators[0].drive.counts_per_turn: found '8192', expected no such key, as bus.protocol "
+               "is odrive"));
+  CHECK_THAT(error_with("protocol: odrive", "protocol: odrive\n  master_node: 3"),
+             Contains("bus.master_node: found '3', expected no such key"));
+  CHECK_THAT(error_with("node: 1,", "node: 64,"), Contains("expected a whole number from 0 to 63"));
+  CHECK_THAT(error_with("protocol: odrive", "protocol: odrive\n  firmware: 0.4"),
+             Contains("bus.firmware: found '0.4', expected 0.5 or 0.6"));
+  CHECK_THAT(error_with("protocol: odrive", "protocol: odrive\n  encoder_period: 30 ms"),
+             Contains("bus.encoder_period: found '30 ms'"));
+  CHECK_THAT(error_with("node: 1,", "node: 1, current_limit: 5 A,"),
+             Contains("actuators[0].drive.velocity_limit: found nothing, expected a velocity limit beside"));
+  CHECK_THAT(error_with("node: 2,", "node: 1,"), Contains("actuators[0].drive has this one"));
+  CHECK_THAT(error_with("tracker: 0x7F0", "tracker: 0x05F"),
+             Contains("bus.tracker: found '0x05F'") && Contains("this is message 0x1F of node 2"));
+  CHECK_THAT(error_with("protocol: odrive", "protocol: ethercat"),
+             Contains("bus.protocol: found 'ethercat', expected canopen or odrive"));
+  check_mistakes({{"node: 1,",
+                   "node: 1, current_limit: 5 A,",
+                   nullptr,
+                   {"actuators[0].drive.current_limit: found '5 A', expected no such key, as bus.protocol is "
+                    "canopen"}},
+                  {"bitrate: 1 Mbit/s",
+                   "bitrate: 1 Mbit/s\n  firmware: 0.6",
+                   "  firmware",
+                   {"bus.firmware: found '0.6', expected no such key"}}});
+}
+
+TEST_CASE("An ODrive axis owns the 32 identifiers of its node", "[unit]") {
+  const auto owner = [](int id) { return identifier_owner(tendril::hal::Protocol::kOdrive, id, {0, 3}); };
+  CHECK(owner(0x001) == "message 0x01 of node 0");
+  CHECK(owner(0x07F) == "message 0x1F of node 3");
+  int owned = 0;
+  for (int id = 0; id <= 0x7FF; ++id) owned += owner(id).empty() ? 0 : 1;
+  CHECK(owned == 64);
 }
 
 TEST_CASE("A robot has at most 32 actuators and 24 controlled coordinates", "[unit]") {

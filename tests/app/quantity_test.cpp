@@ -49,7 +49,9 @@ const UnitCase kUnits[] = {
     {"ml", Dimension::kVolume, 1e-6},     {"cm^3", Dimension::kVolume, 1e-6},
     {"mm^3", Dimension::kVolume, 1e-9},   {"m^3/s", Dimension::kFlow, 1},
     {"l/s", Dimension::kFlow, 1e-3},      {"ml/s", Dimension::kFlow, 1e-6},
-    {"l/min", Dimension::kFlow, 1 / 6e4}, {"ml/min", Dimension::kFlow, 1 / 6e7}};
+    {"l/min", Dimension::kFlow, 1 / 6e4}, {"ml/min", Dimension::kFlow, 1 / 6e7},
+    {"rev/s", Dimension::kTurnRate, 1},   {"rpm", Dimension::kTurnRate, 1.0 / 60},
+    {"A", Dimension::kCurrent, 1},        {"mA", Dimension::kCurrent, 1e-3}};
 
 /// A locale in which numbers look like 1.234,5.
 struct CommaLocale : std::numpunct<char> {
@@ -73,7 +75,7 @@ class GlobalLocale {
 }  // namespace
 
 TEST_CASE("Every unit has its value in SI and belongs to one dimension alone", "[law]") {
-  std::array<std::string, 14> listed;
+  std::array<std::string, 16> listed;
   for (const UnitCase& unit : kUnits) {
     const std::string text = std::string("1 ") + unit.unit;
     CHECK(si(text, unit.dimension) == unit.si);

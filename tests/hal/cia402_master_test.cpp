@@ -232,7 +232,7 @@ TEST_CASE("The tracker's sightings come with the instant of exposure and grow st
 
 TEST_CASE("The master gets along with the identifiers it names, in a whole life of the drives", "[unit]") {
   MasterConfig config = config_of(3);
-  config.axes[2].tpdo_id = 0x3A5;
+  config.axes[2].canopen.tpdo_id = 0x3A5;
   config.tracker_id = 0x7E0;
   Rig rig(config);
   const std::vector<uint32_t> ids = rig.master.identifiers();

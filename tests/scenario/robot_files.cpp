@@ -1,8 +1,15 @@
 #include "tests/scenario/robot_files.h"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <numeric>
+#include <regex>
 
 namespace tendril::app::testing {
 namespace {
@@ -15,6 +22,29 @@ constexpr double kRounding = 1e-11;  // s at the top rate
 Config shipped(const std::string& robot) { return load_config(kConfig / (robot + ".yaml")); }
 Config finger() { return shipped("finger"); }
 Config diamond() { return shipped("diamond"); }
+
+std::string odrive_yaml(const std::string& robot, const std::string& firmware) {
+  std::ifstream file(kConfig / (robot + ".yaml"));
+  std::string yaml(std::istreambuf_iterator<char>(file), {});
+  const auto edit = [&yaml](const std::string& pattern, const std::string& replacement) {
+    yaml = std::regex_replace(yaml, std::regex(pattern), replacement);
+  };
+  edit("file: ", "file: " + kConfig.string() + "/");
+  edit("counts_per_turn: [0-9]+, ", "");
+  edit("  master_node: .*\n  heartbeat: .*\n  heartbeat_timeout: .*\n",
+       "  protocol: odrive\n  firmware: " + firmware + "\n");
+  edit("tracker: 0x1F0", "tracker: 0x7F0");  // which node 15 would own
+  return yaml;
+}
+
+Config with_odrive(const std::string& robot, const std::string& firmware) {
+  const auto file =
+      std::filesystem::temp_directory_path() / fmt::format("tendril-odrive-{}-{}.yaml", robot, getpid());
+  std::ofstream(file) << odrive_yaml(robot, firmware);
+  const Config config = load_config(file);
+  std::filesystem::remove(file);
+  return config;
+}
 
 bool within_limits(const Config& config, const std::vector<rt::TraceRecord>& trace) {
   for (size_t k = 1; k < trace.size(); ++k) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "app/config.h"
 #include "app/virtual_rig.h"
 
@@ -10,6 +12,11 @@ Config shipped(const std::string& robot);
 /// The finger is small, so most scenarios play on it.
 Config finger();
 Config diamond();
+
+/// A robot file of config/ as it would be written for ODrive axes on the same nodes.
+/// @param firmware  "0.5" or "0.6"
+std::string odrive_yaml(const std::string& robot, const std::string& firmware = "0.6");
+Config with_odrive(const std::string& robot, const std::string& firmware = "0.6");
 
 /// True where every command of the trace keeps to strokes and top speeds, but for rounding.
 bool within_limits(const Config& config, const std::vector<rt::TraceRecord>& trace);

@@ -11,12 +11,14 @@
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "tests/hal/vcan0.h"
+#include "tests/scenario/robot_files.h"
 
 namespace fs = std::filesystem;
 
@@ -100,32 +102,28 @@ class Program {
   bool ended_ = false;
 };
 
-/// The finger's file with time limits so wide that a machine which stalls is no fault: this test is not about
+/// A robot file with time limits so wide that a machine which stalls is no fault: this test is not about
 /// time.
-void write_patient_finger(const fs::path& file) {
-  const fs::path shipped = fs::path(TENDRIL_SOURCE_DIR) / "config";
-  std::string yaml = content(shipped / "finger.yaml");
+void write_patiently(std::string yaml, const fs::path& file) {
   const auto replace = [&yaml](const std::string& from, const std::string& to) {
     INFO(from);
     const size_t at = yaml.find(from);
     REQUIRE(at != std::string::npos);
     yaml.replace(at, from.size(), to);
   };
-  replace("file: finger.msh", "file: " + (shipped / "finger.msh").string());
   replace("snapshot_age_limit: 500 ms", "snapshot_age_limit: 30 s");
   replace("target_age_limit: 500 ms", "target_age_limit: 30 s");
   replace("late_cycles_limit: 20", "late_cycles_limit: 20000");
-  replace("heartbeat_timeout: 150 ms", "heartbeat_timeout: 30 s");
+  replace("  bitrate: 1 Mbit/s\n", "  bitrate: 1 Mbit/s\n  heartbeat_timeout: 30 s\n");
   std::ofstream(file) << yaml;
 }
 
-}  // namespace
-
-TEST_CASE("The daemon moves the simulated finger along its path over a SocketCAN interface", "[vcan]") {
-  if (tendril::hal::testing::skipped_without_vcan0()) return;
+/// Lets plant and daemon run over vcan0 and checks what they leave.
+/// @param yaml  the finger, without a heartbeat timeout
+void check_run(const std::string& yaml) {
   const Folder folder;
   const std::string robot = folder / "finger.yaml", report = folder / "report";
-  write_patient_finger(robot);
+  write_patiently(yaml, robot);
 
   Program plant({TENDRIL_PLANT, robot, "--bus", "vcan0"}, folder / "plant.log");
   const auto plant_is_ready = [&] {
@@ -150,4 +148,19 @@ TEST_CASE("The daemon moves the simulated finger along its path over a SocketCAN
   // The path leads 5 mm to either side: a finger that hung still would be off by up to that.
   CHECK(summary["tracking_error_mm"]["samples"] > 10);
   CHECK(summary["tracking_error_mm"]["mean"] < 1.5);
+}
+
+}  // namespace
+
+TEST_CASE("The daemon moves the simulated finger along its path over a SocketCAN interface", "[vcan]") {
+  if (tendril::hal::testing::skipped_without_vcan0()) return;
+  const fs::path shipped = fs::path(TENDRIL_SOURCE_DIR) / "config";
+  std::string yaml = content(shipped / "finger.yaml");
+  yaml = std::regex_replace(yaml, std::regex("file: "), "file: " + shipped.string() + "/");
+  check_run(std::regex_replace(yaml, std::regex("  heartbeat_timeout: .*\n"), ""));
+}
+
+TEST_CASE("The daemon moves ODrive axes over a SocketCAN interface as it moves CiA 402 drives", "[vcan]") {
+  if (tendril::hal::testing::skipped_without_vcan0()) return;
+  check_run(tendril::app::testing::odrive_yaml("finger"));
 }
