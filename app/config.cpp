@@ -19,9 +19,9 @@ constexpr Range kNotNegative = {.at_least = 0};
 constexpr Range kLoopRate = {.above = 0, .at_most = kFastestRate};
 constexpr Range kCpu = {.at_least = -1, .at_most = 1023};
 constexpr Range kHeartbeat = {.at_least = 1e-3, .at_most = 65.535};  // u16 in ms, CiA 301 objects 1016, 1017
-constexpr Range kEncoderPeriod = {.at_least = 1e-3, .at_most = 25e-3};  // half the feedback timeout
-constexpr std::size_t kLongestInterface = 15;                           // IFNAMSIZ less the final 0
-constexpr std::size_t kLongestSocketPath = 107;                         // sun_path likewise
+constexpr Range kEncoderPeriod = {.at_least = 1e-3, .at_most = 1};
+constexpr std::size_t kLongestInterface = 15;    // IFNAMSIZ less the final 0
+constexpr std::size_t kLongestSocketPath = 107;  // sun_path likewise
 
 void read_control(Reader& r, ControlConfig& control) {
   r.may("rate", control.rate_hz, Dimension::kRate, kLoopRate);
@@ -76,6 +76,7 @@ void read_bus(Reader& r, BusConfig& bus) {
         only_with(hal::Protocol::kOdrive, bus.protocol, Dimension::kTime, kEncoderPeriod));
   r.may("heartbeat", bus.heartbeat, Dimension::kTime, kHeartbeat);
   r.may("heartbeat_timeout", bus.heartbeat_timeout, Dimension::kTime, kHeartbeat);
+  r.may("feedback_timeout", bus.feedback_timeout, Dimension::kTime, kHeartbeat);
   r.may("tracker", bus.tracker_id, Range{.at_least = 0, .at_most = 0x7FF});
 }
 

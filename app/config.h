@@ -158,6 +158,7 @@ struct BusConfig {
   double encoder_period = 0.01;     // s between an ODrive axis' encoder estimates
   double heartbeat = 0.05;          // s between heartbeats; with CANopen both ways
   double heartbeat_timeout = 0.15;  // s
+  double feedback_timeout = 0.05;   // s without positions
   int tracker_id = 0;               // identifier of the frames of the effector's tracker; 0: there is none
   int line = 0;
 };

@@ -132,6 +132,12 @@ void check_bus(const Value& robot, const Config& config, const std::vector<int>&
     timeout.fail(
         fmt::format("at least two heartbeats, {} s (it is {} s)", 2 * bus.heartbeat, bus.heartbeat_timeout));
   }
+  const double feedback_period = bus.protocol == kOdrive ? bus.encoder_period : 1 / config.control.rate_hz;
+  if (bus.feedback_timeout < 2 * feedback_period) {
+    const Value timeout = robot.at("bus").at("feedback_timeout");
+    timeout.fail(fmt::format("at least two positions' time, {:g} s (it is {:g} s)", 2 * feedback_period,
+                             bus.feedback_timeout));
+  }
   const std::string owner = bus.tracker_id == 0 ? "" : identifier_owner(bus.protocol, bus.tracker_id, nodes);
   if (!owner.empty()) robot.at("bus").at("tracker").fail("an identifier that is free; this is " + owner);
 }

@@ -212,6 +212,7 @@ hal::MasterConfig master_config(const Config& config) {
   result.odrive.encoder_period_ns = nanoseconds(config.bus.encoder_period);
   result.heartbeat_ns = nanoseconds(config.bus.heartbeat);
   result.heartbeat_timeout_ns = nanoseconds(config.bus.heartbeat_timeout);
+  result.feedback_timeout_ns = nanoseconds(config.bus.feedback_timeout);
   result.tracker_id = static_cast<std::uint32_t>(config.bus.tracker_id);
   if (config.plant) result.tracker_rate_hz = config.plant->tracker_rate_hz;
   return result;

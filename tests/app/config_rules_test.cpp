@@ -32,6 +32,10 @@ TEST_CASE("What one key demands of another is checked", "[unit]") {
        "bus:",
        {"bus.heartbeat_timeout: found nothing, expected at least two heartbeats, 0.16 s (it is 0.15 s)"}},
       {"tracker: 0x1F0",
+       "feedback_timeout: 3 ms",
+       nullptr,
+       {"bus.feedback_timeout: found '3 ms', expected at least two positions' time, 0.00333333 s"}},
+      {"tracker: 0x1F0",
        "tracker: 0x182",
        nullptr,
        {"bus.tracker: found '0x182'", "this is TPDO 1 of node 2"}},
@@ -173,7 +177,9 @@ TEST_CASE("Keys that belong to the other protocol are refused, and so are ODrive
   CHECK_THAT(error_with("protocol: odrive", "protocol: odrive\n  firmware: 0.4"),
              Contains("bus.firmware: found '0.4', expected 0.5 or 0.6"));
   CHECK_THAT(error_with("protocol: odrive", "protocol: odrive\n  encoder_period: 30 ms"),
-             Contains("bus.encoder_period: found '30 ms'"));
+             Contains("bus.feedback_timeout: found nothing, expected at least two positions' time, 0.06 s"));
+  CHECK(error_with("protocol: odrive",
+                   "protocol: odrive\n  encoder_period: 30 ms\n  feedback_timeout: 60 ms") == "no error");
   CHECK_THAT(error_with("node: 1,", "node: 1, current_limit: 5 A,"),
              Contains("actuators[0].drive.velocity_limit: found nothing, expected a velocity limit beside"));
   CHECK_THAT(error_with("node: 2,", "node: 1,"), Contains("actuators[0].drive has this one"));

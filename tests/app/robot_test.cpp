@@ -131,6 +131,7 @@ TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]"
   CHECK(m.canopen.master_node == 127);
   CHECK(m.heartbeat_ns == 40'000'000);
   CHECK(m.heartbeat_timeout_ns == 150'000'000);
+  CHECK(m.feedback_timeout_ns == 50'000'000);
   CHECK(m.tracker_id == 0x1F0);
   CHECK(m.tracker_rate_hz == 80);
   CHECK_NOTHROW(hal::check(m));
