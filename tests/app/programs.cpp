@@ -61,6 +61,14 @@ std::vector<std::string> Workbench::daemon(const std::vector<std::string>& more)
   return arguments;
 }
 
+std::vector<std::string> Workbench::jog(const std::string& actuator,
+                                        const std::vector<std::string>& more) const {
+  std::vector<std::string> arguments{kCtl,    "jog", file_.path().string(), actuator,
+                                     "--bus", bus_,  "--allow-non-rt"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
 nlohmann::json read_summary(const std::filesystem::path& report) {
   return nlohmann::json::parse(read_text_file(report / "summary.json"));
 }

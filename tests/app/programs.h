@@ -13,6 +13,7 @@ namespace tendril::app {
 
 inline const std::string kDaemon = TENDRIL_DAEMON;
 inline const std::string kPlant = TENDRIL_PLANT;
+inline const std::string kCtl = TENDRIL_CTL;
 
 /// Pieces of a robot file, and what stands there instead.
 using Changes = std::vector<std::pair<std::string, std::string>>;
@@ -36,6 +37,9 @@ class Workbench {
 
   /// The command line of the daemon on this bench, and what is added to it.
   std::vector<std::string> daemon(const std::vector<std::string>& more = {}) const;
+
+  /// `tendrilctl jog` of an actuator on this bench, and what is added to it.
+  std::vector<std::string> jog(const std::string& actuator, const std::vector<std::string>& more) const;
 
   Process& plant() { return plant_; }
   std::string bus() const { return bus_; }

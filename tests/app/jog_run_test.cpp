@@ -1,0 +1,99 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <csignal>
+#include <numbers>
+
+#include "tests/app/bus_listener.h"
+#include "tests/app/programs.h"
+
+// tendrilctl jog beside tendril-plant.
+
+namespace tendril::app {
+namespace {
+
+constexpr double kCount_m = 2 * std::numbers::pi * 0.005 / 65536;  // of the finger's encoders
+constexpr hal::ObjectAddress kPosition{0x6064, 0}, kStatusword{0x6041, 0};
+
+double length_m(BusListener& listener, int node) {
+  return kCount_m * static_cast<std::int32_t>(listener.read(node, kPosition).value_or(0));
+}
+
+hal::DriveState state(BusListener& listener, int node) {
+  return hal::decode_statusword(static_cast<std::uint16_t>(listener.read(node, kStatusword).value_or(0)));
+}
+
+TEST_CASE("A jog moves its axis as far as asked, no other, and leaves it disabled", "[scenario]") {
+  Workbench bench;
+  BusListener listener(bench.bus(), {1, 2});
+  const Ended out = run(bench.jog("left", {"--by", "2 mm", "--speed", "10 mm/s", "--json"}));
+  INFO(out.err << out.out);
+  REQUIRE(out.code == 0);
+  const nlohmann::json result = nlohmann::json::parse(out.out);
+  CHECK(result.at("arrived") == true);
+  CHECK(result.at("measured").get<double>() == Approx(2e-3).margin(2 * kCount_m));
+  CHECK(length_m(listener, 2) == Approx(2e-3).margin(2 * kCount_m));
+  CHECK(length_m(listener, 1) == 0);
+  CHECK(state(listener, 2) == hal::DriveState::kSwitchOnDisabled);
+  CHECK_FALSE(listener.heard().command.contains(1));
+
+  const Ended back = run(bench.jog("left", {"--by", "-2 mm", "--speed", "10 mm/s"}));
+  INFO(back.err);
+  CHECK(back.code == 0);
+  CHECK(lines_of(back.out).back() == "'left' went from 2.000 to 0.000 mm, as its drive says");
+  CHECK(length_m(listener, 2) == Approx(0).margin(2 * kCount_m));
+}
+
+TEST_CASE("A jog that would leave the limits moves nothing and says where the axis stands", "[scenario]") {
+  Workbench bench;
+  BusListener listener(bench.bus(), {1, 2});
+  const Ended ended = run(bench.jog("left", {"--by", "-4 mm"}));  // -3 to 6 mm
+  CHECK(ended.code == 1);
+  CHECK_THAT(ended.out,
+             Catch::Contains("'left' stands at 0.000 mm, and its limits are -3 to 6 mm: it was not moved"));
+  CHECK(length_m(listener, 2) == 0);
+}
+
+TEST_CASE("A jog ends on SIGINT with the axis at rest and disabled", "[scenario]") {
+  Workbench bench;
+  BusListener listener(bench.bus(), {1, 2});
+  Process jog(bench.jog("right", {"--by", "5 mm", "--speed", "1 mm/s"}));
+  REQUIRE(jog.says("move"));
+  jog.send(SIGINT);
+  const auto code = jog.wait();
+  INFO(jog.err() << jog.out());
+  CHECK(code == 1);
+  CHECK_THAT(jog.out(), Catch::Contains("stopped at"));
+  CHECK(length_m(listener, 1) < 4.9e-3);
+  CHECK(state(listener, 1) == hal::DriveState::kSwitchOnDisabled);
+}
+
+TEST_CASE("A jog without its drive says which one is silent", "[scenario]") {
+  Workbench bench;
+  bench.plant().send(SIGSTOP);
+  const Ended ended = run(bench.jog("right", {"--by", "1 mm"}));
+  CHECK(ended.code == 1);
+  CHECK_THAT(ended.out, Catch::Contains("axis 0 'right' (node 1): "));
+  bench.plant().send(SIGCONT);
+}
+
+TEST_CASE("A jog refuses what it was not meant to do before it opens the bus", "[scenario]") {
+  const std::string file = std::string(TENDRIL_SOURCE_DIR) + "/config/finger.yaml";
+  const auto refused = [&](const std::string& actuator, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{kCtl, "jog", file, actuator, "--bus", "local:/nowhere/bus"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Ended ended = run(arguments);
+    CHECK(ended.code == 2);
+    return ended.err;
+  };
+  CHECK_THAT(refused("up", {"--by", "1 mm"}), Catch::Contains("has no actuator 'up'; it has right, left"));
+  CHECK_THAT(refused("left", {"--by", "1 kg"}), Catch::Contains("--by: found '1 kg', expected a length"));
+  CHECK_THAT(refused("left", {"--by", "6 mm"}),
+             Catch::Contains("at most 5 mm either way; a greater --limit"));
+  CHECK_THAT(refused("left", {"--by", "1 mm", "--speed", "1 m/s"}),
+             Catch::Contains("--speed: found 1000 mm/s"));
+  CHECK_THAT(refused("left", {"--by", "1 mm", "--lag", "0 mm"}), Catch::Contains("--lag"));
+  CHECK_THAT(refused("left", {}), Catch::Contains("--by is required"));
+}
+
+}  // namespace
+}  // namespace tendril::app
