@@ -1,10 +1,10 @@
 #include "app/config_rules.h"
 
 #include <catch2/catch.hpp>
-#include <regex>
 
 #include "mistake.h"
 #include "robot_file.h"
+#include "tests/replace_each.h"
 
 using namespace tendril::app;
 
@@ -129,11 +129,12 @@ TEST_CASE("An identifier of the bus belongs to whom CiA 301 gives it, and else i
 
 /// kGood with ODrive axes: nodes 1 and 2, positions in turns, the heartbeats that the drives come with.
 std::string good_odrive() {
+  using tendril::testing::replace_each;
   std::string yaml = kGood;
-  for (const auto& [pattern, replacement] :
-       {std::pair{"counts_per_turn: [0-9]+, ", ""}, std::pair{"  master_node: .*\n", "  protocol: odrive\n"},
-        std::pair{"  heartbeat(_timeout)?: .*\n", ""}, std::pair{"tracker: 0x1F0", "tracker: 0x7F0"}})
-    yaml = std::regex_replace(yaml, std::regex(pattern), replacement);
+  replace_each(yaml, "counts_per_turn: ", ", ", "");
+  replace_each(yaml, "  heartbeat", "\n", "");
+  replace_each(yaml, "  master_node: ", "\n", "  protocol: odrive\n");
+  replace_each(yaml, "tracker: 0x1F0", "", "tracker: 0x7F0");
   return yaml;
 }
 

@@ -11,13 +11,13 @@
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "tests/hal/vcan0.h"
+#include "tests/replace_each.h"
 #include "tests/scenario/robot_files.h"
 
 namespace fs = std::filesystem;
@@ -175,8 +175,9 @@ TEST_CASE("The daemon moves the simulated finger along its path over a SocketCAN
   if (tendril::hal::testing::skipped_without_vcan0()) return;
   const fs::path shipped = fs::path(TENDRIL_SOURCE_DIR) / "config";
   std::string yaml = content(shipped / "finger.yaml");
-  yaml = std::regex_replace(yaml, std::regex("file: "), "file: " + shipped.string() + "/");
-  check_run(std::regex_replace(yaml, std::regex("  heartbeat_timeout: .*\n"), ""));
+  tendril::testing::replace_each(yaml, "file: ", "", "file: " + shipped.string() + "/");
+  tendril::testing::replace_each(yaml, "  heartbeat_timeout: ", "\n", "");
+  check_run(yaml);
 }
 
 TEST_CASE("The daemon moves ODrive axes over a SocketCAN interface as it moves CiA 402 drives", "[vcan]") {
