@@ -4,6 +4,7 @@
 
 #include "app/robot.h"
 #include "hal/drive_protocol.h"
+#include "hal/frame_layout.h"
 
 namespace tendril::app {
 
@@ -21,6 +22,15 @@ hal::BusBudget check_bus(const Config& config) {
   hal::BusBudget budget = hal::judge_bus(traffic, config.bus.bitrate);
   if (budget.verdict == hal::BusBudget::Verdict::kExceeds) refuse(budget.text);
   return budget;
+}
+
+std::string bus_dbc(const Config& config) {
+  check_bus(config);
+  std::vector<hal::DisplacementUnit> units;
+  for (const ActuatorConfig& actuator : config.actuators)
+    units.push_back(actuator.is_cavity() ? hal::DisplacementUnit{"ml", 1e6}
+                                         : hal::DisplacementUnit{"mm", 1e3});
+  return hal::to_dbc(hal::frame_layouts(master_config(config), units));
 }
 
 }  // namespace tendril::app

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "app/config.h"
 #include "hal/bus_budget.h"
 
@@ -9,5 +11,10 @@ namespace tendril::app {
 /// @throws ConfigError where they cannot fit the bit rate, or two senders share an identifier
 /// Real-time: no.
 hal::BusBudget check_bus(const Config& config);
+
+/// Every frame of the robot's bus as a DBC file.
+/// @throws ConfigError as `check_bus`
+/// Real-time: no.
+std::string bus_dbc(const Config& config);
 
 }  // namespace tendril::app

@@ -1,8 +1,10 @@
+#include <fmt/format.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 
+#include "app/bus_check.h"
 #include "app/check_report.h"
 #include "app/daemon.h"
 #include "app/exit_codes.h"
@@ -20,7 +22,7 @@ int main(int argc, char** argv) {
       "the machine "
       "lacks something (rights, bus)."};
   std::string file;
-  bool check = false, json = false;
+  bool check = false, json = false, dbc = false;
   app::DaemonOptions options;
   cli.add_option("CONFIG", file, "the robot: a YAML file, see docs/robot-file.md")->required();
   cli.add_option("--bus", options.bus, "CAN interface, or local:PATH; replaces bus.name of the file");
@@ -32,6 +34,8 @@ int main(int argc, char** argv) {
       "--allow-non-rt", options.allow_non_rt,
       "run without SCHED_FIFO and locked memory where they are refused; for trying out, not for a robot");
   cli.add_flag("--check", check, "verify everything that needs no bus, say what was found, and end");
+  cli.add_flag("--dbc", dbc, "print a DBC file of every frame of this robot's bus, for CAN tools, and end")
+      ->excludes("--check");
   cli.add_flag("--json", json, "with --check: one line of JSON");
   cli.set_version_flag("--version", TENDRIL_VERSION);
   if (const auto code = app::parse_arguments(cli, argc, argv)) return *code;
@@ -40,6 +44,10 @@ int main(int argc, char** argv) {
   app::watch_stop_signals();
   return app::exit_code_of([&] {
     const app::Config config = app::load_config(file);
+    if (dbc) {
+      fmt::print("{}", app::bus_dbc(config));
+      return static_cast<int>(app::kOk);
+    }
     return check ? app::check_robot(config, json) : app::run_daemon(config, options);
   });
 }

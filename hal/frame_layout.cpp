@@ -1,0 +1,143 @@
+#include "hal/frame_layout.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "hal/canopen.h"
+#include "hal/cia402_setup.h"
+
+namespace tendril::hal {
+namespace {
+
+constexpr const char* kController = "Tendril";
+constexpr const char* kTracker = "Tracker";
+constexpr size_t kLongestAxisName = 14;  // leaves room for the longest suffix in the 32 characters of a name
+
+Signal number(const char* name, int start, int length, SignalType type = SignalType::kUnsigned) {
+  return {.name = name, .start = start, .length = length, .type = type};
+}
+
+Signal scaled(Signal signal, double scale, const std::string& unit) {
+  signal.scale = scale;
+  signal.unit = unit;
+  return signal;
+}
+
+Signal real(const char* name, int start, const char* unit = "") {
+  return scaled(number(name, start, 32, SignalType::kFloat), 1, unit);
+}
+
+/// The axis' own name where a DBC can have it as an identifier, else its node's number.
+std::string node_name(const AxisConfig& axis) {
+  const bool fits =
+      axis.name.size() <= kLongestAxisName && std::all_of(axis.name.begin(), axis.name.end(), [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+      });
+  return fits ? "Drive_" + axis.name : "Node_" + std::to_string(axis.node);
+}
+
+void append_sdo(std::vector<FrameLayout>& frames, const std::string& node, int number_of_node) {
+  const std::vector<Signal> signals = {number("command", 0, 8), number("index", 8, 16),
+                                       number("subindex", 24, 8), number("data", 32, 32)};
+  frames.push_back({kSdoRequestBase + number_of_node, node + "_SDO_request", 8, kController, signals});
+  frames.push_back({kSdoAnswerBase + number_of_node, node + "_SDO_answer", 8, node, signals});
+}
+
+void append_cia402(std::vector<FrameLayout>& frames, const AxisConfig& axis, const DisplacementUnit& unit) {
+  const std::string node = node_name(axis);
+  const auto position = [&](const char* name) {
+    return scaled(number(name, 16, 32, SignalType::kSigned),
+                  axis.scale.displacement_per_count() * unit.per_si, unit.name);
+  };
+  frames.push_back({rpdo_cob_id(axis),
+                    node + "_RPDO",
+                    6,
+                    kController,
+                    {number("controlword", 0, 16), position("target_position")}});
+  frames.push_back({tpdo_cob_id(axis),
+                    node + "_TPDO",
+                    6,
+                    node,
+                    {number("statusword", 0, 16), position("actual_position")}});
+  frames.push_back(
+      {kEmergencyBase + axis.node,
+       node + "_EMCY",
+       8,
+       node,
+       {number("error_code", 0, 16), number("error_register", 16, 8), number("detail", 24, 40)}});
+  append_sdo(frames, node, axis.node);
+  frames.push_back({kHeartbeatBase + axis.node, node + "_heartbeat", 1, node, {number("nmt_state", 0, 8)}});
+}
+
+std::vector<Signal> odrive_heartbeat(OdriveFirmware firmware) {
+  std::vector<Signal> signals = {number("axis_error", 0, 32), number("axis_state", 32, 8)};
+  if (firmware == OdriveFirmware::k0_6) {
+    signals.insert(signals.end(), {number("procedure_result", 40, 8), number("trajectory_done", 48, 1)});
+  } else {
+    signals.insert(signals.end(), {number("motor_error", 40, 1), number("encoder_error", 48, 1),
+                                   number("controller_error", 56, 1), number("trajectory_done", 63, 1)});
+  }
+  return signals;
+}
+
+void append_odrive(std::vector<FrameLayout>& frames, const AxisConfig& axis, OdriveFirmware firmware,
+                   const DisplacementUnit& unit) {
+  const std::string node = node_name(axis);
+  const double per_turn = axis.scale.displacement_per_count() * unit.per_si;
+  const auto add = [&](OdriveMessage message, const char* suffix, int length, const std::string& sender,
+                       std::vector<Signal> signals) {
+    frames.push_back({odrive_id(axis.node, message), node + suffix, length, sender, std::move(signals)});
+  };
+  add(OdriveMessage::kHeartbeat, "_heartbeat", 8, node, odrive_heartbeat(firmware));
+  add(OdriveMessage::kEstop, "_estop", 0, kController, {});
+  add(OdriveMessage::kSetAxisState, "_state", 4, kController, {number("requested_state", 0, 32)});
+  add(OdriveMessage::kEncoderEstimates, "_estimates", 8, node,
+      {scaled(real("position", 0), per_turn, unit.name),
+       scaled(real("velocity", 32), per_turn, unit.name + "/s")});
+  add(OdriveMessage::kSetControllerMode, "_mode", 8, kController,
+      {number("control_mode", 0, 32), number("input_mode", 32, 32)});
+  add(OdriveMessage::kSetInputPosition, "_input", 8, kController,
+      {scaled(real("target_position", 0), per_turn, unit.name),
+       scaled(number("velocity", 32, 16, SignalType::kSigned), 0.001 * per_turn, unit.name + "/s"),
+       scaled(number("torque", 48, 16, SignalType::kSigned), 0.001, "Nm")});
+  add(OdriveMessage::kSetLimits, "_limits", 8, kController,
+      {real("velocity_limit", 0, "rev/s"), real("current_limit", 32, "A")});
+  add(OdriveMessage::kClearErrors, "_clear_errors", 0, kController, {});
+}
+
+FrameLayout tracker_layout(uint32_t id) {
+  FrameLayout layout{id, "Tracker_sighting", 8, kTracker, {}};
+  constexpr const char* kCoordinates[] = {"x", "y", "z"};
+  for (int i = 0; i < 3; ++i)
+    layout.signals.push_back(scaled(number(kCoordinates[i], 16 * i, 16, SignalType::kSigned), 0.01, "mm"));
+  layout.signals.push_back(scaled(number("age", 48, 16), 0.01, "ms"));
+  return layout;
+}
+
+}  // namespace
+
+std::vector<FrameLayout> frame_layouts(const MasterConfig& config,
+                                       const std::vector<DisplacementUnit>& units) {
+  std::vector<FrameLayout> frames;
+  const bool canopen = config.protocol == Protocol::kCanopen;
+  if (canopen) {
+    frames.push_back({kNmtId, "NMT", 2, kController, {number("command", 0, 8), number("node", 8, 8)}});
+    frames.push_back({kSyncId, "SYNC", 0, kController, {}});
+    frames.push_back({kHeartbeatBase + config.canopen.master_node,
+                      "Tendril_heartbeat",
+                      1,
+                      kController,
+                      {number("nmt_state", 0, 8)}});
+  }
+  if (config.tracker_id != 0) frames.push_back(tracker_layout(config.tracker_id));
+  for (size_t i = 0; i < config.axes.size(); ++i) {
+    if (canopen) {
+      append_cia402(frames, config.axes[i], units.at(i));
+    } else {
+      append_odrive(frames, config.axes[i], config.odrive.firmware, units.at(i));
+    }
+  }
+  return frames;
+}
+
+}  // namespace tendril::hal

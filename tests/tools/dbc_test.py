@@ -1,0 +1,79 @@
+#!/usr/bin/python3
+"""The DBC that `tendrild --dbc` prints is what config/ ships, and another program reads our frames with it."""
+
+import subprocess
+import sys
+import tempfile
+import unittest
+import warnings
+from pathlib import Path
+
+try:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of canmatrix' own source
+        import canmatrix.formats
+except ImportError:
+    print("skipped: python3-canmatrix is not installed")
+    sys.exit(0)
+
+ROOT = Path(__file__).resolve().parents[2]
+DAEMON = sys.argv.pop(1)
+
+
+def printed_dbc(robot):
+    return subprocess.run([DAEMON, "--dbc", robot], capture_output=True, text=True, check=True).stdout
+
+
+def load(text):
+    return next(iter(canmatrix.formats.loads(text, import_type="dbc", dbcImportEncoding="utf8").values()))
+
+
+def decode(matrix, text):
+    """What canmatrix reads of a frame in cansend's notation, by signal."""
+    identifier, data = text.split("#")
+    frame = matrix.frame_by_id(canmatrix.ArbitrationId(int(identifier, 16), extended=False))
+    assert frame is not None and frame.size == len(data) // 2, f"{text} is not in the DBC"
+    return {name: float(signal.phys_value) for name, signal in frame.decode(bytes.fromhex(data)).items()}
+
+
+class DbcTest(unittest.TestCase):
+    def check(self, matrix, text, expected):
+        found = decode(matrix, text)
+        self.assertEqual(found.keys(), expected.keys(), text)
+        for name, value in expected.items():
+            self.assertAlmostEqual(found[name], value, 6, f"{text}: {name}")
+
+    def test_the_shipped_dbc_is_up_to_date(self):
+        command = "tendrild --dbc config/diamond.yaml > config/diamond.dbc"
+        self.assertEqual(
+            (ROOT / "config/diamond.dbc").read_text(), printed_dbc(ROOT / "config/diamond.yaml"), f"run: {command}"
+        )
+
+    def test_canmatrix_reads_the_frames_of_cia402_drives(self):
+        # The bytes are those that the codecs' own tests expect of them.
+        matrix = load((ROOT / "config/diamond.dbc").read_text())
+        mm = 2 * 3.141592653589793 * 10 / 65536
+        self.check(matrix, "202#0F0010270000", {"controlword": 15, "target_position": 10000 * mm})
+        self.check(matrix, "182#3702F0D8FFFF", {"statusword": 0x237, "actual_position": -10000 * mm})
+        self.check(matrix, "602#2F60600008000000", {"command": 0x2F, "index": 0x6060, "subindex": 0, "data": 8})
+        self.check(matrix, "1F0#E80318FCD430FA00", {"x": 10, "y": -10, "z": 125, "age": 2.5})
+        self.check(matrix, "000#0102", {"command": 1, "node": 2})
+        self.check(matrix, "77F#05", {"nmt_state": 5})
+        self.check(matrix, "080#", {})
+
+    def test_canmatrix_reads_the_floats_of_odrive_axes(self):
+        text = (ROOT / "config/diamond.yaml").read_text()
+        text = text.replace("counts_per_turn: 65536, ", "").replace("  master_node: 127\n", "  protocol: odrive\n")
+        text = text.replace("heartbeat: 50 ms", "heartbeat: 100 ms").replace("timeout: 150 ms", "timeout: 250 ms")
+        text = text.replace("tracker: 0x1F0", "tracker: 0x7F0")
+        text = text.replace("file: diamond.msh", f"file: {ROOT}/config/diamond.msh")
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as robot:
+            robot.write(text)
+            robot.flush()
+            matrix = load(printed_dbc(robot.name))
+        turn = 2 * 3.141592653589793 * 10
+        self.check(matrix, "029#0000003F000000C0", {"position": 0.5 * turn, "velocity": -2 * turn})
+
+
+if __name__ == "__main__":
+    unittest.main()
