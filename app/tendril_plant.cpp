@@ -11,6 +11,7 @@
 #include "app/exit_codes.h"
 #include "app/plant.h"
 #include "app/stop_signal.h"
+#include "hal/drive_objects.h"
 #include "rt/periodic_clock.h"
 #include "rt/thread.h"
 #include "rt/triple_buffer.h"
@@ -107,11 +108,17 @@ int main(int argc, char** argv) {
       "Exit codes: 0 ended as asked; 1 the body could not be advanced; 2 wrong usage or robot file; 3 the "
       "machine lacks something (bus)."};
   std::string file, bus;
+  bool eds = false;
   cli.add_option("CONFIG", file, "the robot: a YAML file, see docs/robot-file.md")->required();
   cli.add_option("--bus", bus, "CAN interface, or local:PATH; replaces bus.name of the file");
+  cli.add_flag("--eds", eds, "print the electronic data sheet of the simulated CiA 402 drives, and end");
   cli.set_version_flag("--version", TENDRIL_VERSION);
   if (const auto code = tendril::app::parse_arguments(cli, argc, argv)) return *code;
 
+  if (eds) {
+    fmt::print("{}", tendril::hal::drive_eds());
+    return tendril::app::kOk;
+  }
   spdlog::set_default_logger(spdlog::stderr_logger_mt("tendril-plant"));
   tendril::app::watch_stop_signals();
   return tendril::app::exit_code_of([&] { return tendril::app::run_plant(file, bus); });

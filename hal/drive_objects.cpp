@@ -1,5 +1,9 @@
 #include "hal/drive_objects.h"
 
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
 #include "hal/cia402.h"
 
 namespace tendril::hal {
@@ -9,6 +13,7 @@ enum class Right : uint8_t { kRead, kWrite };
 
 struct Entry {
   ObjectAddress object;
+  const char* name;
   int8_t size;  // bytes; negative for signed values
   Right right;
   uint32_t initial;
@@ -20,41 +25,41 @@ constexpr int64_t kAnyU8 = 0xFF, kAnyU16 = 0xFFFF, kAnyU32 = 0xFFFF'FFFF;
 
 // In the order of DriveObjects::Slot. 1000 reads: profile 402 (0x192), servo drive (bit 17).
 constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
-    {{0x1000, 0}, 4, Right::kRead, 0x0002'0192, 0, kAnyU32},
-    {{0x1001, 0}, 1, Right::kRead, 0, 0, kAnyU8},
-    {{0x1016, 0}, 1, Right::kRead, 1, 0, kAnyU8},
-    {{0x1016, 1}, 4, Right::kWrite, 0, 0, 0x007F'FFFF},
-    {{0x1017, 0}, 2, Right::kWrite, 0, 0, kAnyU16},
-    {{0x1018, 0}, 1, Right::kRead, 4, 0, kAnyU8},
-    {{0x1018, 1}, 4, Right::kRead, 0, 0, kAnyU32},
-    {{0x1018, 2}, 4, Right::kRead, 0x402, 0, kAnyU32},
-    {{0x1018, 3}, 4, Right::kRead, 1, 0, kAnyU32},
-    {{0x1018, 4}, 4, Right::kRead, 0, 0, kAnyU32},
-    {{0x1400, 0}, 1, Right::kRead, 2, 0, kAnyU8},
-    {{0x1400, 1}, 4, Right::kWrite, kPdoInvalid | kRpdo1Base, 0, kAnyU32, true},
-    {{0x1400, 2}, 1, Right::kWrite, 255, 0, kAnyU8},
-    {{0x1600, 0}, 1, Right::kWrite, 0, 0, 2},
-    {{0x1600, 1}, 4, Right::kWrite, 0, 0, kAnyU32},
-    {{0x1600, 2}, 4, Right::kWrite, 0, 0, kAnyU32},
-    {{0x1800, 0}, 1, Right::kRead, 2, 0, kAnyU8},
-    {{0x1800, 1}, 4, Right::kWrite, kPdoInvalid | kTpdo1Base, 0, kAnyU32, true},
-    {{0x1800, 2}, 1, Right::kWrite, 1, 1, 240},
-    {{0x1A00, 0}, 1, Right::kWrite, 0, 0, 2},
-    {{0x1A00, 1}, 4, Right::kWrite, 0, 0, kAnyU32},
-    {{0x1A00, 2}, 4, Right::kWrite, 0, 0, kAnyU32},
-    {{0x6040, 0}, 2, Right::kWrite, 0, 0, kAnyU16},
-    {{0x6041, 0}, 2, Right::kRead, 0, 0, kAnyU16},
-    {{0x6060, 0}, -1, Right::kWrite, 0, INT8_MIN, INT8_MAX},
-    {{0x6061, 0}, -1, Right::kRead, 0, INT8_MIN, INT8_MAX},
-    {{0x6064, 0}, -4, Right::kRead, 0, INT32_MIN, INT32_MAX},
-    {{0x6065, 0}, 4, Right::kWrite, 0xFFFF'FFFF, 0, kAnyU32},
-    {{0x607A, 0}, -4, Right::kWrite, 0, INT32_MIN, INT32_MAX},
-    {{0x607D, 0}, 1, Right::kRead, 2, 0, kAnyU8},
-    {{0x607D, 1}, -4, Right::kWrite, 0, INT32_MIN, INT32_MAX},
-    {{0x607D, 2}, -4, Right::kWrite, 0, INT32_MIN, INT32_MAX},
-    {{0x60C2, 0}, 1, Right::kRead, 2, 0, kAnyU8},
-    {{0x60C2, 1}, 1, Right::kWrite, 1, 1, 255},
-    {{0x60C2, 2}, -1, Right::kWrite, 0xFD, -6, 0},
+    {{0x1000, 0}, "Device type", 4, Right::kRead, 0x0002'0192, 0, kAnyU32},
+    {{0x1001, 0}, "Error register", 1, Right::kRead, 0, 0, kAnyU8},
+    {{0x1016, 0}, "Consumer heartbeats", 1, Right::kRead, 1, 0, kAnyU8},
+    {{0x1016, 1}, "Consumer heartbeat 1", 4, Right::kWrite, 0, 0, 0x007F'FFFF},
+    {{0x1017, 0}, "Producer heartbeat time", 2, Right::kWrite, 0, 0, kAnyU16},
+    {{0x1018, 0}, "Identity", 1, Right::kRead, 4, 0, kAnyU8},
+    {{0x1018, 1}, "Vendor", 4, Right::kRead, 0, 0, kAnyU32},
+    {{0x1018, 2}, "Product code", 4, Right::kRead, 0x402, 0, kAnyU32},
+    {{0x1018, 3}, "Revision", 4, Right::kRead, 1, 0, kAnyU32},
+    {{0x1018, 4}, "Serial number", 4, Right::kRead, 0, 0, kAnyU32},
+    {{0x1400, 0}, "RPDO 1 parameters", 1, Right::kRead, 2, 0, kAnyU8},
+    {{0x1400, 1}, "RPDO 1 COB-ID", 4, Right::kWrite, kPdoInvalid | kRpdo1Base, 0, kAnyU32, true},
+    {{0x1400, 2}, "RPDO 1 transmission type", 1, Right::kWrite, 255, 0, kAnyU8},
+    {{0x1600, 0}, "RPDO 1 mapping", 1, Right::kWrite, 0, 0, 2},
+    {{0x1600, 1}, "RPDO 1 mapped object 1", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1600, 2}, "RPDO 1 mapped object 2", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1800, 0}, "TPDO 1 parameters", 1, Right::kRead, 2, 0, kAnyU8},
+    {{0x1800, 1}, "TPDO 1 COB-ID", 4, Right::kWrite, kPdoInvalid | kTpdo1Base, 0, kAnyU32, true},
+    {{0x1800, 2}, "TPDO 1 transmission type", 1, Right::kWrite, 1, 1, 240},
+    {{0x1A00, 0}, "TPDO 1 mapping", 1, Right::kWrite, 0, 0, 2},
+    {{0x1A00, 1}, "TPDO 1 mapped object 1", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1A00, 2}, "TPDO 1 mapped object 2", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x6040, 0}, "Controlword", 2, Right::kWrite, 0, 0, kAnyU16},
+    {{0x6041, 0}, "Statusword", 2, Right::kRead, 0, 0, kAnyU16},
+    {{0x6060, 0}, "Mode of operation", -1, Right::kWrite, 0, INT8_MIN, INT8_MAX},
+    {{0x6061, 0}, "Mode of operation display", -1, Right::kRead, 0, INT8_MIN, INT8_MAX},
+    {{0x6064, 0}, "Actual position", -4, Right::kRead, 0, INT32_MIN, INT32_MAX},
+    {{0x6065, 0}, "Following error window", 4, Right::kWrite, 0xFFFF'FFFF, 0, kAnyU32},
+    {{0x607A, 0}, "Target position", -4, Right::kWrite, 0, INT32_MIN, INT32_MAX},
+    {{0x607D, 0}, "Software position limits", 1, Right::kRead, 2, 0, kAnyU8},
+    {{0x607D, 1}, "Least position", -4, Right::kWrite, 0, INT32_MIN, INT32_MAX},
+    {{0x607D, 2}, "Greatest position", -4, Right::kWrite, 0, INT32_MIN, INT32_MAX},
+    {{0x60C2, 0}, "Interpolation period", 1, Right::kRead, 2, 0, kAnyU8},
+    {{0x60C2, 1}, "Interpolation period value", 1, Right::kWrite, 1, 1, 255},
+    {{0x60C2, 2}, "Interpolation period exponent", -1, Right::kWrite, 0xFD, -6, 0},
 }};
 
 constexpr int bytes_of(const Entry& entry) noexcept { return entry.size < 0 ? -entry.size : entry.size; }
@@ -66,7 +71,73 @@ int32_t sign_extend(uint32_t value, int bytes) noexcept {
 
 constexpr uint32_t code(SdoAbort abort) noexcept { return static_cast<uint32_t>(abort); }
 
+std::string text_of(const char* format, auto... values) {
+  char text[160];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+/// DataType of CiA 301: INTEGER8, 32 or UNSIGNED8, 16, 32.
+int data_type(const Entry& entry) {
+  if (entry.size < 0) return entry.size == -1 ? 0x02 : 0x04;
+  return entry.size == 1 ? 0x05 : entry.size == 2 ? 0x06 : 0x07;
+}
+
+std::string eds_entry(const Entry& entry) {
+  const bool is_writable = entry.right == Right::kWrite;
+  const auto& mappable = {0x6040, 0x6041, 0x6064, 0x607A};
+  const bool is_mappable = std::find(mappable.begin(), mappable.end(), entry.object.index) != mappable.end();
+  std::string text = text_of("ParameterName=%s\nObjectType=0x7\nDataType=0x%04X\nAccessType=%s\n", entry.name,
+                             data_type(entry), is_writable ? "rw" : "ro");
+  if (entry.size < 0)
+    text += text_of("DefaultValue=%d\n", sign_extend(entry.initial, bytes_of(entry)));
+  else
+    text += text_of(entry.add_node ? "DefaultValue=$NODEID+0x%X\n" : "DefaultValue=0x%X\n", entry.initial);
+  if (is_writable)
+    text += text_of("LowLimit=%lld\nHighLimit=%lld\n", static_cast<long long>(entry.min),
+                    static_cast<long long>(entry.max));
+  return text + text_of("PDOMapping=%d\n\n", is_mappable ? 1 : 0);
+}
+
+/// The section that lists the objects of a kind.
+std::string eds_list(const char* section, const std::vector<int>& indices) {
+  std::string text = text_of("[%s]\nSupportedObjects=%zu\n", section, indices.size());
+  for (size_t i = 0; i < indices.size(); ++i) text += text_of("%zu=0x%04X\n", i + 1, indices[i]);
+  return text + "\n";
+}
+
 }  // namespace
+
+std::string drive_eds() {
+  std::vector<int> mandatory, optional;
+  std::string objects;
+  for (size_t i = 0; i < kEntries.size(); ++i) {
+    const ObjectAddress object = kEntries[i].object;
+    const auto index = static_cast<unsigned>(object.index);
+    if (object.sub != 0) {
+      objects += text_of("[%04Xsub%X]\n", index, static_cast<unsigned>(object.sub)) + eds_entry(kEntries[i]);
+      continue;
+    }
+    const bool is_mandatory = index == 0x1000 || index == 0x1001 || index == 0x1018;
+    (is_mandatory ? mandatory : optional).push_back(object.index);
+    unsigned entries = 1;
+    while (i + entries < kEntries.size() && kEntries[i + entries].object.index == object.index) ++entries;
+    objects += text_of("[%04X]\n", index);
+    if (entries == 1) {
+      objects += eds_entry(kEntries[i]);
+    } else {
+      objects += text_of("ParameterName=%s\nObjectType=0x9\nSubNumber=%u\n\n", kEntries[i].name, entries);
+      objects += text_of("[%04Xsub0]\n", index) + eds_entry(kEntries[i]);
+    }
+  }
+  return "[FileInfo]\nFileName=tendril-drive.eds\nFileVersion=1\nFileRevision=1\nEDSVersion=4.0\n"
+         "Description=The simulated CiA 402 drive of tendril-plant\n\n"
+         "[DeviceInfo]\nVendorName=Tendril\nVendorNumber=0x0\nProductName=tendril-plant\nProductNumber="
+         "0x402\n"
+         "BaudRate_1000=1\nSimpleBootUpSlave=1\nNrOfRXPDO=1\nNrOfTXPDO=1\nGranularity=8\n\n" +
+         eds_list("MandatoryObjects", mandatory) + eds_list("OptionalObjects", optional) +
+         eds_list("ManufacturerObjects", {}) + objects;
+}
 
 DriveObjects::DriveObjects(int node) noexcept : node_(node) { restore_all(); }
 

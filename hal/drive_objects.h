@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "hal/canopen.h"
 
@@ -88,5 +89,9 @@ class DriveObjects {
   int node_;
   std::array<uint32_t, kSlots> values_{};
 };
+
+/// The object dictionary as an electronic data sheet (EDS) for configuration tools. [CiA 306]
+/// Real-time: no (allocates).
+std::string drive_eds();
 
 }  // namespace tendril::hal

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The DBC that `tendrild --dbc` prints is what config/ ships, and another program reads our frames with it."""
 
+import configparser
 import subprocess
 import sys
 import tempfile
@@ -18,6 +19,7 @@ except ImportError:
 
 ROOT = Path(__file__).resolve().parents[2]
 DAEMON = sys.argv.pop(1)
+PLANT = sys.argv.pop(1)
 
 
 def printed_dbc(robot):
@@ -73,6 +75,27 @@ class DbcTest(unittest.TestCase):
             matrix = load(printed_dbc(robot.name))
         turn = 2 * 3.141592653589793 * 10
         self.check(matrix, "029#0000003F000000C0", {"position": 0.5 * turn, "velocity": -2 * turn})
+
+
+class EdsTest(unittest.TestCase):
+    def test_the_shipped_eds_is_up_to_date_and_lists_every_object(self):
+        robot = ROOT / "config/diamond.yaml"
+        printed = subprocess.run([PLANT, robot, "--eds"], capture_output=True, text=True, check=True).stdout
+        shipped = (ROOT / "config/tendril-drive.eds").read_text()
+        self.assertEqual(shipped, printed, "run: tendril-plant config/diamond.yaml --eds > config/tendril-drive.eds")
+        eds = configparser.ConfigParser()
+        eds.read_string(shipped)
+        kinds = ("MandatoryObjects", "OptionalObjects")
+        listed = [value[2:] for kind in kinds for key, value in eds[kind].items() if key != "supportedobjects"]
+        self.assertEqual(sum(eds[kind].getint("SupportedObjects") for kind in kinds), len(listed))
+        for index in listed:
+            subs = [section for section in eds.sections() if section.startswith(index + "sub")]
+            self.assertEqual(len(subs), eds[index].getint("SubNumber", 0), index)
+        self.assertEqual(eds["6064"]["DataType"], "0x0004")
+        self.assertEqual(eds["60C2sub2"]["DefaultValue"], "-3")
+        mappable = [section for section in eds.sections() if eds[section].get("PDOMapping") == "1"]
+        self.assertEqual(mappable, ["6040", "6041", "6064", "607A"])
+        self.assertEqual(eds["1400sub1"]["DefaultValue"], "$NODEID+0x80000200")
 
 
 if __name__ == "__main__":
