@@ -88,8 +88,10 @@ struct DriveConfig {
   double counts_per_turn = 1;        // encoder counts in one turn; 1 where the protocol counts turns
   double displacement_per_turn = 0;  // m or m³: circumference of a pulley, lead of a screw, volume of a pump
   bool reversed = false;             // true where the displacement falls as the count rises
-  double velocity_limit = 0;         // rev/s, of an ODrive axis; 0: as it is set up
-  double current_limit = 0;          // A, likewise; both or neither
+  double offset = 0;                 // m or m³: displacement where the drive reads 0
+  hal::CanopenAxis canopen;
+  double velocity_limit = 0;  // rev/s, of an ODrive axis; 0: as it is set up
+  double current_limit = 0;   // A, likewise; both or neither
   int line = 0;
 };
 

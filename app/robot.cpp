@@ -201,7 +201,8 @@ hal::MasterConfig master_config(const Config& config) {
     hal::AxisConfig axis;
     axis.name = actuator.name;
     axis.node = drive.node;
-    axis.scale = {drive.counts_per_turn, drive.displacement_per_turn, drive.reversed};
+    axis.scale = {drive.counts_per_turn, drive.displacement_per_turn, drive.reversed, drive.offset};
+    axis.canopen = drive.canopen;
     axis.odrive = {drive.velocity_limit, drive.current_limit};
     result.axes.push_back(axis);
   }

@@ -6,13 +6,14 @@
 
 namespace tendril::hal {
 
-/// How the displacement of an axis' actuator becomes a position of its drive; zero is zero. Displacements are
-/// in m (cable wound up, travel of a rod) or m³ (fluid pumped); the protocol does not care which.
+/// How the displacement of an axis' actuator becomes a position of its drive. Displacements are in m (cable
+/// wound up, travel of a rod) or m³ (fluid pumped); the protocol does not care which.
 struct AxisScale {
   double counts_per_turn = 0;  // encoder counts in one turn of the drive, > 0; 1 where positions are in turns
   double displacement_per_turn =
       0;                  // in the same turn, > 0: a pulley's circumference, a lead, a pump's volume
   bool reversed = false;  // true where the displacement falls as the count rises
+  double offset = 0;      // displacement where the drive reads 0, m or m³
 
   /// Displacement of one count, negative where reversed. Real-time: yes.
   double displacement_per_count() const noexcept {
@@ -21,7 +22,9 @@ struct AxisScale {
   }
 
   /// Position for a displacement, counts with their fraction. Real-time: yes.
-  double to_position(double displacement) const noexcept { return displacement / displacement_per_count(); }
+  double to_position(double displacement) const noexcept {
+    return (displacement - offset) / displacement_per_count();
+  }
 
   /// The same in whole counts, at the ends of the 32-bit range at most.
   /// @param displacement  finite
@@ -32,7 +35,7 @@ struct AxisScale {
   }
 
   /// Displacement at that count, which may have a fraction. Real-time: yes.
-  double to_displacement(double counts) const noexcept { return counts * displacement_per_count(); }
+  double to_displacement(double counts) const noexcept { return offset + counts * displacement_per_count(); }
 };
 
 }  // namespace tendril::hal

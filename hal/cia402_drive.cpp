@@ -36,7 +36,7 @@ constexpr uint8_t error_register(uint16_t emergency) noexcept {
 Cia402Drive::Cia402Drive(const DriveSpec& spec) noexcept
     : node_(spec.node),
       top_speed_(spec.top_speed),
-      objects_(spec.node),
+      objects_(spec.node, spec.pdo),
       position_(spec.position_counts),
       goal_(spec.position_counts) {}
 

@@ -12,6 +12,7 @@ namespace tendril::hal {
 /// What a simulated drive is made of.
 struct DriveSpec {
   int node = 1;                // 1..127
+  int pdo = 1;                 // 1..4: which pair of PDOs it has
   double top_speed = 1e6;      // counts/s, > 0
   double position_counts = 0;  // where it stands at power-on
 };
@@ -20,8 +21,8 @@ struct DriveSpec {
 ///
 /// It does what the master set up over SDO and nothing by assumption: PDO mapping, heartbeats both ways,
 /// interpolation period, following-error window, soft limits. The winch behind it is self-locking: without
-/// "operation enabled" the position stays where it is. Not spoken: segmented SDO, PDOs other than the first,
-/// SYNC counters, node guarding.
+/// "operation enabled" the position stays where it is. Not spoken: segmented SDO, more than one pair
+/// of PDOs, SYNC counters, node guarding.
 class Cia402Drive {
  public:
   /// Powers the drive on; its boot-up message comes with the first `advance`. Real-time: yes.

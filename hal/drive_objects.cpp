@@ -139,7 +139,7 @@ std::string drive_eds() {
          eds_list("ManufacturerObjects", {}) + objects;
 }
 
-DriveObjects::DriveObjects(int node) noexcept : node_(node) { restore_all(); }
+DriveObjects::DriveObjects(int node, int pdo) noexcept : node_(node), pdo_(pdo) { restore_all(); }
 
 void DriveObjects::restore_all() noexcept {
   restore_communication();
@@ -150,7 +150,8 @@ void DriveObjects::restore_all() noexcept {
 void DriveObjects::restore_communication() noexcept {
   for (int i = 0; i < kSlots; ++i)
     if (kEntries[i].object.index < 0x2000)
-      values_[i] = kEntries[i].initial + (kEntries[i].add_node ? static_cast<uint32_t>(node_) : 0);
+      values_[i] = kEntries[i].initial +
+                   (kEntries[i].add_node ? static_cast<uint32_t>(0x100 * (pdo_ - 1) + node_) : 0);
 }
 
 int32_t DriveObjects::signed_value(Slot slot) const noexcept {
@@ -162,15 +163,23 @@ void DriveObjects::set(Slot slot, uint32_t value) noexcept {
   values_[slot] = bytes == 4 ? value : value & ((1u << (8 * bytes)) - 1);
 }
 
+/// The entries of PDOs are listed as those of the first.
+uint16_t DriveObjects::index_of(Slot slot) const noexcept {
+  const uint16_t index = kEntries[slot].object.index;
+  return static_cast<uint16_t>(index >= 0x1400 && index < 0x2000 ? index + pdo_ - 1 : index);
+}
+
 DriveObjects::Slot DriveObjects::find(ObjectAddress object) const noexcept {
   for (int i = 0; i < kSlots; ++i)
-    if (kEntries[i].object == object) return static_cast<Slot>(i);
+    if (const auto slot = static_cast<Slot>(i);
+        index_of(slot) == object.index && kEntries[i].object.sub == object.sub)
+      return slot;
   return kSlots;
 }
 
 uint32_t DriveObjects::missing(ObjectAddress object) const noexcept {
-  for (const Entry& entry : kEntries)
-    if (entry.object.index == object.index) return code(SdoAbort::kNoSubindex);
+  for (int i = 0; i < kSlots; ++i)
+    if (index_of(static_cast<Slot>(i)) == object.index) return code(SdoAbort::kNoSubindex);
   return code(SdoAbort::kNoObject);
 }
 

@@ -59,8 +59,9 @@ class DriveObjects {
   };
 
   /// @param node  1..127, for the default COB-IDs
+  /// @param pdo   1..4: which RPDO and TPDO there are, objects 1400 + pdo - 1 and so on
   /// Real-time: yes.
-  explicit DriveObjects(int node) noexcept;
+  DriveObjects(int node, int pdo) noexcept;
 
   /// Gives all entries, or those below 2000 (the communication profile), their power-on values. Real-time:
   /// yes.
@@ -85,8 +86,9 @@ class DriveObjects {
  private:
   Slot find(ObjectAddress object) const noexcept;
   uint32_t missing(ObjectAddress object) const noexcept;
+  uint16_t index_of(Slot slot) const noexcept;
 
-  int node_;
+  int node_, pdo_;
   std::array<uint32_t, kSlots> values_{};
 };
 

@@ -69,7 +69,8 @@ std::unique_ptr<SimulatedDrive> make_drive(const MasterConfig& config, int axis,
                    .watchdog_ns = config.heartbeat_timeout_ns},
         a.scale);
   return std::make_unique<Adapter<Cia402Drive>>(
-      DriveSpec{.node = a.node, .top_speed = top_speed, .position_counts = position}, a.scale);
+      DriveSpec{.node = a.node, .pdo = a.canopen.pdo, .top_speed = top_speed, .position_counts = position},
+      a.scale);
 }
 
 }  // namespace tendril::hal

@@ -187,6 +187,10 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(rod.to.at == Vector3d(0.02, 0, 0.02));
   CHECK(c.actuators[1].effort_min == -20);
   CHECK(c.actuators[1].drive.displacement_per_turn == 0.002);
+  CHECK(c.actuators[1].drive.offset == Approx(-0.003));
+  CHECK(c.actuators[1].drive.canopen.pdo == 3);
+  CHECK(c.actuators[1].drive.canopen.rpdo_id == 0x442);
+  CHECK(c.actuators[1].drive.canopen.tpdo_id == 0x3C2);
   const auto& push = std::get<ForceConfig>(c.actuators[2].kind);
   CHECK(push.at.at == Vector3d(0, 0.03, 0.05));
   CHECK(push.direction.isApprox(Vector3d(0, 0.6, 0.8)));

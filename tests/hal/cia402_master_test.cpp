@@ -54,6 +54,22 @@ TEST_CASE("Start-up configures node 2 with the frames of the notes, in their ord
   }
 }
 
+TEST_CASE("Any of the four pairs of PDOs serves an axis, with COB-IDs of its own", "[unit]") {
+  MasterConfig config = config_of(2);
+  config.axes[0].canopen = {.pdo = GENERATE(1, 2, 3, 4), .rpdo_id = 0x442, .tpdo_id = 0x3C2};
+  config.axes[1].canopen.pdo = 4;
+  Rig rig(config);
+  REQUIRE(rig.enable());
+  rig.follow_measured = false;
+  rig.command.position.fill(3e-3);
+  rig.run_for(100 * kMillisecond_ns);
+  for (int i = 0; i < 2; ++i) CHECK(rig.measured.position[i] == Approx(3e-3).margin(1e-6));
+  for (const Frame& frame : rig.traffic) {
+    const bool pdo = frame.id >= 0x180 && frame.id < 0x580;
+    CHECK((!pdo || frame.id == 0x442 || frame.id == 0x3C2 || frame.id == 0x502 || frame.id == 0x482));
+  }
+}
+
 TEST_CASE("Displacements are known before anything is enabled", "[unit]") {
   Rig rig(config_of(4));
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));

@@ -114,7 +114,11 @@ TEST_CASE("One turn of a drive is its displacement per turn, in metres of cable 
   CHECK(scale.to_counts(turn) == 65536);
   const AxisScale reversed{.counts_per_turn = 65536, .displacement_per_turn = turn, .reversed = true};
   CHECK(reversed.to_counts(turn) == -65536);
-  for (const AxisScale& s : {scale, reversed})
+  const AxisScale shifted{
+      .counts_per_turn = 65536, .displacement_per_turn = turn, .reversed = true, .offset = turn / 4};
+  CHECK(shifted.to_displacement(0) == Approx(turn / 4));
+  CHECK(shifted.to_counts(0) == 16384);
+  for (const AxisScale& s : {scale, reversed, shifted})
     for (int32_t counts : {0, 1, -1, 12345, -99999, 2'000'000'000})
       CHECK(s.to_counts(s.to_displacement(counts)) == counts);
   CHECK(scale.to_counts(1e9) == INT32_MAX);

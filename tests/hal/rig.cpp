@@ -28,7 +28,8 @@ MasterConfig odrive_config_of(int axes, OdriveFirmware firmware) {
 
 void add_drives(const MasterConfig& config, std::vector<Cia402Drive>& drives) {
   for (const AxisConfig& axis : config.axes)
-    drives.emplace_back(DriveSpec{.node = axis.node, .position_counts = 1000.0 * axis.node});
+    drives.emplace_back(
+        DriveSpec{.node = axis.node, .pdo = axis.canopen.pdo, .position_counts = 1000.0 * axis.node});
 }
 
 void add_drives(const MasterConfig& config, std::vector<OdriveDrive>& drives) {
