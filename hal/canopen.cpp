@@ -198,6 +198,34 @@ const char* describe_emergency(uint16_t code) noexcept {
   switch (code) {
     case 0x0000:
       return "error reset or no error";
+    case 0x2310:
+      return "continuous overcurrent at the output";
+    case 0x2320:
+      return "short circuit or earth leakage at the output";
+    case 0x3110:
+      return "mains overvoltage";
+    case 0x3120:
+      return "mains undervoltage";
+    case 0x3210:
+      return "overvoltage of the DC link";
+    case 0x3220:
+      return "undervoltage of the DC link";
+    case 0x4210:
+      return "device too hot";
+    case 0x4310:
+      return "drive too hot";
+    case 0x5530:
+      return "non-volatile memory";
+    case 0x6010:
+      return "software reset by the watchdog";
+    case 0x6320:
+      return "parameter error";
+    case 0x7121:
+      return "motor blocked";
+    case 0x7122:
+      return "motor or commutation";
+    case 0x7305:
+      return "incremental encoder 1";
     case 0x8110:
       return "CAN overrun";
     case 0x8120:
@@ -206,12 +234,18 @@ const char* describe_emergency(uint16_t code) noexcept {
       return "heartbeat of the master lost";
     case 0x8140:
       return "recovered from bus-off";
+    case 0x8150:
+      return "two senders of one COB-ID";
     case 0x8210:
       return "PDO too short";
     case 0x8220:
       return "PDO too long";
+    case 0x8250:
+      return "time-out of an RPDO";
     case 0x8611:
       return "following error";
+    case 0x8612:
+      return "reference limit";
     default:
       break;
   }
@@ -231,7 +265,21 @@ const char* describe_emergency(uint16_t code) noexcept {
     case 0x41:
       return "ambient temperature";
     case 0x42:
+      return "device temperature";
+    case 0x43:
       return "drive temperature";
+    case 0x44:
+      return "supply temperature";
+    case 0x51:
+      return "supply of the drive's electronics";
+    case 0x52:
+      return "control electronics";
+    case 0x53:
+      return "operating unit";
+    case 0x54:
+      return "power section";
+    case 0x55:
+      return "data storage";
     case 0x61:
       return "internal software";
     case 0x62:
@@ -240,12 +288,20 @@ const char* describe_emergency(uint16_t code) noexcept {
       return "data set";
     case 0x71:
       return "power stage";
+    case 0x72:
+      return "measuring circuit";
     case 0x73:
       return "sensor or encoder";
+    case 0x74:
+      return "computing circuit";
+    case 0x75:
+      return "communication circuit";
     case 0x81:
       return "communication";
     case 0x82:
       return "protocol";
+    case 0x83:
+      return "torque controller";
     case 0x84:
       return "speed controller";
     case 0x85:

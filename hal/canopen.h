@@ -72,8 +72,8 @@ Frame encode_emergency(int node, const Emergency& emergency) noexcept;
 /// Reads an EMCY frame. @return nothing where the frame is none of `node`. Real-time: yes.
 std::optional<Emergency> decode_emergency(const Frame& frame, int node) noexcept;
 
-/// The class of an EMCY error code in words [CiA 301, table of emergency error codes; CiA 402 for
-/// 0x2000-0x8FFF]. Real-time: yes.
+/// An EMCY error code in words, or its class where it is none of the usual ones [CiA 301, table of emergency
+/// error codes; CiA 402 for 0x2000-0x8FFF]. Real-time: yes.
 const char* describe_emergency(uint16_t code) noexcept;
 
 /// Address of an entry of a drive's object dictionary.

@@ -87,6 +87,9 @@ TEST_CASE("Codes are told in words", "[unit]") {
   CHECK(std::string(describe_sdo_abort(0x06090030)) == "value not allowed");
   CHECK(std::string(describe_sdo_abort(0x12345678)) == "abort code of no known meaning");
   CHECK(std::string(describe_emergency(0x8130)) == "heartbeat of the master lost");
-  CHECK(std::string(describe_emergency(0x4310)) == "temperature");
-  CHECK(std::string(describe_emergency(0x2310)) == "current on the output side");
+  CHECK(std::string(describe_emergency(0x4310)) == "drive too hot");
+  CHECK(std::string(describe_emergency(0x2310)) == "continuous overcurrent at the output");
+  CHECK(std::string(describe_emergency(0x23FF)) == "current on the output side");
+  CHECK(std::string(describe_emergency(0x3220)) == "undervoltage of the DC link");
+  CHECK(std::string(describe_emergency(0x8250)) == "time-out of an RPDO");
 }

@@ -101,7 +101,7 @@ TEST_CASE("A drive's fault is latched with its code in words and cleared by rese
   CHECK(fault.kind == FaultKind::kDriveFault);
   CHECK(fault.axis == 1);
   CHECK(fault.code == 0x4310);
-  CHECK(rig.master.describe(fault) == "axis 1 'cable 1' (node 2): drive fault: temperature (EMCY 4310)");
+  CHECK(rig.master.describe(fault) == "axis 1 'cable 1' (node 2): drive fault: drive too hot (EMCY 4310)");
   rig.run_for(1'000 * kMillisecond_ns);
   CHECK(rig.drives[1].state() == DriveState::kFault);  // not reset behind the operator's back
   rig.command.reset = true;
