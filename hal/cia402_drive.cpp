@@ -277,7 +277,7 @@ void Cia402Drive::latch_target() noexcept {
 void Cia402Drive::move(int64_t now_ns) noexcept {
   const double dt = static_cast<double>(now_ns - now_ns_) * 1e-9;
   now_ns_ = now_ns;
-  if (!interpolates() || dt <= 0) return;
+  if (!interpolates() || jammed_ || dt <= 0) return;
   const double way = goal_ - position_;
   position_ = std::abs(way) <= speed_ * dt ? goal_ : position_ + std::copysign(speed_ * dt, way);
 }

@@ -52,6 +52,9 @@ class Cia402Drive {
   /// Makes the drive fail with that EMCY error code at the next `advance`. Real-time: yes.
   void inject_fault(uint16_t code) noexcept { injected_fault_ = code; }
 
+  /// Jams its mechanics, or lets them go. Real-time: yes.
+  void set_jammed(bool jammed) noexcept { jammed_ = jammed; }
+
   /// Makes it fail as a hot power stage would. Real-time: yes.
   void overheat() noexcept { inject_fault(kOverheated); }
 
@@ -88,6 +91,7 @@ class Cia402Drive {
   double speed_ = 0;      // counts/s towards goal_
   bool limited_ = false;  // the target was beyond a soft limit
   bool strayed_ = false;  // the following-error window was left
+  bool jammed_ = false;
 
   Frame pending_rpdo_;  // waits for SYNC
   bool has_pending_rpdo_ = false;

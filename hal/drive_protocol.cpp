@@ -1,6 +1,7 @@
 #include "hal/drive_protocol.h"
 
 #include <cmath>
+#include <type_traits>
 
 #include "hal/cia402_drive.h"
 #include "hal/cia402_master.h"
@@ -25,6 +26,13 @@ class Adapter final : public SimulatedDrive {
   double displacement() const noexcept override { return scale_.to_displacement(drive_.position()); }
   PowerStage power_stage() const noexcept override { return drive_.power_stage(); }
   void overheat() noexcept override { drive_.overheat(); }
+  void inject_fault(uint32_t code) noexcept override {
+    if constexpr (std::is_same_v<Drive, Cia402Drive>)
+      drive_.inject_fault(static_cast<uint16_t>(code));
+    else
+      drive_.inject_fault(code);
+  }
+  void set_jammed(bool jammed) noexcept override { drive_.set_jammed(jammed); }
 
  private:
   Drive drive_;
@@ -46,6 +54,12 @@ std::vector<PeriodicFrames> periodic_frames(const MasterConfig& config) {
   auto frames = config.protocol == Protocol::kOdrive ? odrive_frames(config) : cia402_frames(config);
   if (config.tracker_id != 0) frames.push_back({.length = 8, .rate_hz = config.tracker_rate_hz});
   return frames;
+}
+
+uint32_t heartbeat_identifier(const MasterConfig& config, int axis) {
+  const int node = config.axes[axis].node;
+  return config.protocol == Protocol::kOdrive ? odrive_id(node, OdriveMessage::kHeartbeat)
+                                              : kHeartbeatBase + static_cast<uint32_t>(node);
 }
 
 std::unique_ptr<DriveMaster> make_master(const MasterConfig& config) {

@@ -18,6 +18,10 @@ void check(const MasterConfig& config);
 /// The frames of a running robot, for the bus budget.
 std::vector<PeriodicFrames> periodic_frames(const MasterConfig& config);
 
+/// The identifier of the heartbeats of an axis' drive.
+/// @param axis  index into config.axes
+uint32_t heartbeat_identifier(const MasterConfig& config, int axis);
+
 /// The controller's side of the configured protocol.
 /// @throws std::invalid_argument as `check`
 std::unique_ptr<DriveMaster> make_master(const MasterConfig& config);

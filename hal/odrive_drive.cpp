@@ -111,7 +111,7 @@ void OdriveDrive::move(int64_t now_ns) noexcept {
   velocity_ = 0;
   const bool follows = state_ == kOdriveClosedLoop && mode_.control == kOdrivePositionControl &&
                        mode_.input == kOdrivePassthrough;
-  if (!follows) return;
+  if (!follows || jammed_) return;
   const double goal = input_.position + input_.velocity / kPositionGain;
   const double way = (goal - position_) * -std::expm1(-kPositionGain * dt);
   const double longest = std::min(spec_.top_speed, velocity_limit_) * dt;

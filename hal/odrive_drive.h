@@ -63,6 +63,9 @@ class OdriveDrive {
   /// Makes it fail as a hot power stage would. Real-time: yes.
   void overheat() noexcept;
 
+  /// Jams its mechanics, or lets them go. Real-time: yes.
+  void set_jammed(bool jammed) noexcept { jammed_ = jammed; }
+
   /// Unplugs the motor: the axis disarms with axis error 0, as firmware 0.5 does (ODrive issue 700).
   /// Real-time: yes.
   void unplug_motor() noexcept;
@@ -85,6 +88,7 @@ class OdriveDrive {
   double position_;        // rev
   double velocity_ = 0;    // rev/s, over the last motion
   bool tells_position_;
+  bool jammed_ = false;
 
   int64_t now_ns_ = 0;
   bool started_ = false;  // now_ns_ has been set

@@ -36,6 +36,15 @@ class SimulatedDrive {
   /// Makes the drive fail by the next `advance`, as a hot power stage would. Real-time: yes.
   virtual void overheat() noexcept = 0;
 
+  /// Makes the drive fail by the next `advance`.
+  /// @param code  not 0; EMCY error code with CiA 402 (the low 16 bits), error bits of the axis with ODrive
+  /// Real-time: yes.
+  virtual void inject_fault(uint32_t code) noexcept = 0;
+
+  /// Jams its mechanics or lets them go: while jammed the position stays, and the drive says nothing of it
+  /// but what its following-error window demands. Real-time: yes.
+  virtual void set_jammed(bool jammed) noexcept = 0;
+
  protected:
   SimulatedDrive() = default;
   SimulatedDrive(const SimulatedDrive&) = delete;

@@ -94,6 +94,22 @@ TEST_CASE("A drive announces itself and then waits in pre-operational", "[unit]"
   CHECK(bench.drive.nmt_state() == NmtState::kOperational);
 }
 
+TEST_CASE("A jammed drive stays where it is and fails once it strays from its following-error window",
+          "[unit]") {
+  Bench bench;
+  bench.set_up();
+  bench.sdo("23656000E8030000");  // 6065 = 1000 counts
+  bench.enable();
+  bench.drive.set_jammed(true);
+  for (int k = 0; k < 3; ++k) bench.cycle(0x0F, 1500);  // 1000 away: just within
+  CHECK(bench.drive.state() == DriveState::kEnabled);
+  CHECK(bench.drive.position() == 500);
+  for (int k = 0; k < 2; ++k) bench.cycle(0x0F, 1501);
+  bench.advance(0);
+  CHECK(bench.drive.state() == DriveState::kFault);
+  CHECK(bench.drive.position() == 500);
+}
+
 TEST_CASE("The object dictionary answers with values or with the right abort code", "[unit]") {
   Bench bench;
   bench.advance(0);

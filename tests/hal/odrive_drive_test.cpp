@@ -87,6 +87,19 @@ TEST_CASE("An axis in closed-loop control follows its input with the speed that 
   CHECK(bench.drive.position() == Approx(4.5));
 }
 
+TEST_CASE("A jammed axis stays where it is and says nothing of it, until it is let go", "[unit]") {
+  Bench bench({.position = 1});
+  bench.close();
+  bench.say(encode_odrive_input(2, {.position = 5}));
+  bench.drive.set_jammed(true);
+  bench.advance(2'000 * kMillisecond_ns);
+  CHECK(bench.drive.position() == 1.0);
+  CHECK(bench.drive.power_stage() == PowerStage::kOn);
+  bench.drive.set_jammed(false);
+  bench.advance(2'000 * kMillisecond_ns);
+  CHECK(bench.drive.position() == Approx(5.0));
+}
+
 TEST_CASE("Without the velocity an axis lags behind a moving input, with it it does not", "[unit]") {
   for (const bool told : {false, true}) {
     Bench bench;
