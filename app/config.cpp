@@ -98,7 +98,21 @@ void read_motion(Reader& r, MotionConfig& motion, const std::vector<EffectorConf
         [&](const Value& v, int& index) { read_effector_name(v, effectors, index); });
 }
 
-void read_plant(Reader& r, PlantConfig& plant) {
+/// @param config  with bus and actuators read already
+void read_fault(Reader& r, PlantFault& fault, const Config& config) {
+  double after = 0;
+  r.need("after", after, Dimension::kTime, kNotNegative);
+  r.need("inject", fault, [&config](const Value& v, PlantFault& out) {
+    try {
+      out = parse_plant_fault(v.text("a fault"), config.actuators, config.bus.protocol);
+    } catch (const PlantFaultMistake& mistake) {
+      v.fail(mistake.what());
+    }
+  });
+  fault.after = after;
+}
+
+void read_plant(Reader& r, PlantConfig& plant, const Config& config) {
   r.need("young_modulus", plant.young_modulus, Dimension::kPressure, kPositive);
   r.need("poisson_ratio", plant.poisson_ratio, Dimension::kNumber, kPoissonRatio);
   r.need("mass", plant.mass, Dimension::kMass, kPositive);
@@ -107,6 +121,8 @@ void read_plant(Reader& r, PlantConfig& plant) {
   r.may("time_step", plant.time_step, Dimension::kTime, kPositive);
   r.may("tracker_rate", plant.tracker_rate_hz, Dimension::kRate, kLoopRate);
   r.may("loads", plant.loads, read_load);
+  r.may("faults", plant.faults,
+        [&](Reader& section, PlantFault& fault) { read_fault(section, fault, config); });
 }
 
 void read_robot(Reader& r, Config& config) {
@@ -125,7 +141,8 @@ void read_robot(Reader& r, Config& config) {
   r.may("control", config.control, read_control);
   r.may("motion", config.motion,
         [&](Reader& section, MotionConfig& motion) { read_motion(section, motion, config.effectors); });
-  r.may("plant", config.plant, read_plant);
+  r.may("plant", config.plant,
+        [&](Reader& section, PlantConfig& plant) { read_plant(section, plant, config); });
 }
 
 }  // namespace

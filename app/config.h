@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "app/plant_fault.h"
 #include "fem/equilibrium.h"
 #include "fem/material.h"
 #include "fem/mesh.h"
@@ -184,6 +185,7 @@ struct PlantConfig {
   double time_step = 0.01;                                // s of the integrator
   double tracker_rate_hz = 100;
   std::vector<LoadConfig> loads;  // that the model knows nothing of, beside those that it knows
+  std::vector<PlantFault> faults;
 };
 
 /// Everything one YAML file says of a robot, in SI units.

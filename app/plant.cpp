@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "fem/equilibrium.h"
@@ -15,36 +16,96 @@ constexpr double kSettled = 1e-9;  // m
 // A drive that keeps up with its actuator's top rate has some in hand to catch up with.
 constexpr double kSpareSpeed = 1.25;
 constexpr int kFramesPerCall = 1024;
+constexpr double kOutOfReach_m = -10;  // of a cable that is cut; more than a soft robot measures
 
 }  // namespace
 
 PlantDrives::PlantDrives(const Config& config, const PlantDisplacements& start)
     : tracker_id_(static_cast<std::uint32_t>(config.bus.tracker_id)),
-      tracker_period_ns_(std::llround(1e9 / config.plant->tracker_rate_hz)) {
+      tracker_period_ns_(std::llround(1e9 / config.plant->tracker_rate_hz)),
+      planned_(config.plant->faults) {
+  std::ranges::stable_sort(planned_, {}, &PlantFault::after);
   const hal::MasterConfig master = master_config(config);
-  for (size_t a = 0; a < config.actuators.size(); ++a)
+  for (size_t a = 0; a < config.actuators.size(); ++a) {
     drives_.push_back(hal::make_drive(master, static_cast<int>(a),
                                       {kSpareSpeed * config.actuators[a].top_rate, start.delta_a[a]}));
+    heartbeat_ids_.push_back(hal::heartbeat_identifier(master, static_cast<int>(a)));
+  }
 }
 
 void PlantDrives::serve(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept {
+  inject_due(now_ns);
+  line_.release(bus, now_ns);
   hal::Frame frame;
   for (int k = 0; k < kFramesPerCall && bus.receive(frame); ++k) {
+    if (!line_.hears()) continue;
     answers_.clear();
     for (auto& drive : drives_) drive->receive(frame, now_ns, answers_);
-    bus.send(answers_);
+    send(bus, now_ns);
   }
   answers_.clear();
   for (auto& drive : drives_) drive->advance(now_ns, answers_);
-  bus.send(answers_);
+  send(bus, now_ns);
   show(bus, tip, now_ns);
+}
+
+void PlantDrives::inject_due(std::int64_t now_ns) noexcept {
+  if (start_ns_ < 0) start_ns_ = now_ns;
+  const double elapsed_s = 1e-9 * static_cast<double>(now_ns - start_ns_);
+  for (; injected_ < planned_.size() && planned_[injected_].after <= elapsed_s; ++injected_)
+    inject(planned_[injected_]);
+}
+
+void PlantDrives::inject(const PlantFault& fault) noexcept {
+  switch (fault.kind) {
+    case PlantFaultKind::kDriveFault:
+      return drives_[fault.axis]->inject_fault(static_cast<std::uint32_t>(fault.value));
+    case PlantFaultKind::kSilent:
+      silent_[fault.axis] = true;
+      return;
+    case PlantFaultKind::kStuck:
+      return drives_[fault.axis]->set_jammed(true);
+    case PlantFaultKind::kCut:
+      cut_[fault.axis] = true;
+      return;
+    case PlantFaultKind::kDelay:
+      return line_.set_delay(std::llround(1e9 * fault.value));
+    case PlantFaultKind::kDrop:
+      return line_.set_loss(fault.value);
+    case PlantFaultKind::kNoise:
+      noise_ = fault.value;
+      return;
+    case PlantFaultKind::kBusOff:
+      return line_.set_off(true);
+    case PlantFaultKind::kClear:
+      return clear();
+  }
+}
+
+void PlantDrives::clear() noexcept {
+  silent_ = {};
+  for (auto& drive : drives_) drive->set_jammed(false);
+  line_.set_delay(0);
+  line_.set_loss(0);
+  line_.set_off(false);
+  noise_ = 0;
+}
+
+void PlantDrives::send(hal::Bus& bus, std::int64_t now_ns) noexcept {
+  if (std::ranges::find(silent_, true) == silent_.end()) return line_.send(bus, answers_, now_ns);
+  for (const hal::Frame& frame : answers_) {
+    const auto owner = std::ranges::find(heartbeat_ids_, frame.id) - heartbeat_ids_.begin();
+    if (owner == std::ssize(heartbeat_ids_) || !silent_[owner]) line_.send(bus, {&frame, 1}, now_ns);
+  }
 }
 
 void PlantDrives::show(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept {
   if (tracker_id_ == 0 || tip.stamp_ns == 0 || tip.stamp_ns < shown_ns_ + tracker_period_ns_) return;
-  const hal::TrackerSample sample{{tip.position.x(), tip.position.y(), tip.position.z()},
-                                  now_ns - tip.stamp_ns};
-  if (const auto frame = hal::encode_tracker(tracker_id_, sample)) bus.send(*frame);
+  hal::TrackerSample sample{{tip.position.x(), tip.position.y(), tip.position.z()}, now_ns - tip.stamp_ns};
+  if (noise_ > 0)
+    for (double& coordinate : sample.position)
+      coordinate += std::normal_distribution<double>(0, noise_)(random_);
+  if (const auto frame = hal::encode_tracker(tracker_id_, sample)) line_.send(bus, {&*frame, 1}, now_ns);
   shown_ns_ = tip.stamp_ns;
 }
 
@@ -52,6 +113,13 @@ PlantDisplacements PlantDrives::displacements() const noexcept {
   PlantDisplacements displacements;
   for (size_t a = 0; a < drives_.size(); ++a) displacements.delta_a[a] = drives_[a]->displacement();
   return displacements;
+}
+
+PlantDisplacements PlantDrives::felt_displacements() const noexcept {
+  PlantDisplacements felt = displacements();
+  for (size_t a = 0; a < drives_.size(); ++a)
+    if (cut_[a]) felt.delta_a[a] = kOutOfReach_m;
+  return felt;
 }
 
 PlantBody::PlantBody(const Config& config, const PlantDisplacements& start)

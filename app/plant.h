@@ -3,8 +3,11 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <random>
 #include <vector>
 
+#include "app/plant_fault.h"
+#include "app/plant_line.h"
 #include "app/robot.h"
 #include "fem/dynamics.h"
 #include "hal/bus.h"
@@ -34,18 +37,35 @@ class PlantDrives {
   /// Real-time: bounded by the frames that have arrived; allocates nothing.
   void serve(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept;
 
+  /// Makes the robot suffer a fault from now on. Real-time: bounded, allocates nothing.
+  void inject(const PlantFault& fault) noexcept;
+
   /// Where the drives stand now.
   PlantDisplacements displacements() const noexcept;
+
+  /// What the body feels of them: a cable that is cut is let out beyond all reach.
+  PlantDisplacements felt_displacements() const noexcept;
 
   hal::SimulatedDrive& drive(int axis) { return *drives_[axis]; }
 
  private:
+  void inject_due(std::int64_t now_ns) noexcept;
+  void clear() noexcept;
+  void send(hal::Bus& bus, std::int64_t now_ns) noexcept;
   void show(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept;
 
   std::vector<std::unique_ptr<hal::SimulatedDrive>> drives_;
   std::uint32_t tracker_id_;
   std::int64_t tracker_period_ns_;
   std::int64_t shown_ns_ = 0;
+  std::vector<PlantFault> planned_;  // the next one first
+  std::size_t injected_ = 0;         // of those planned
+  std::int64_t start_ns_ = -1;       // of the first call of serve; -1: none yet
+  PlantLine line_;
+  std::vector<std::uint32_t> heartbeat_ids_;  // one an axis
+  std::array<bool, kMaxActuators> silent_{}, cut_{};
+  double noise_ = 0;         // m, of the tracker
+  std::minstd_rand random_;  // of the noise; always the same seed
   hal::FrameBatch answers_;
 };
 

@@ -10,9 +10,11 @@
 
 #include "app/exit_codes.h"
 #include "app/plant.h"
+#include "app/plant_console.h"
 #include "app/stop_signal.h"
 #include "hal/drive_objects.h"
 #include "rt/periodic_clock.h"
+#include "rt/spsc_ring.h"
 #include "rt/thread.h"
 #include "rt/triple_buffer.h"
 
@@ -24,6 +26,9 @@ constexpr int kBusPriority = 40;
 constexpr int kPollTimeout_ms = 1;
 // After a pause of the whole machine the body does not try to catch up.
 constexpr double kLongestStep_s = 0.1;
+constexpr int kStopPoll_ms = 20;
+
+using FaultRing = rt::SpscRing<PlantFault, 64>;  // main thread ▶ bus thread
 
 /// Moves the body in step with the clock until told to quit. Where a step takes longer than the time it
 /// stands for, the next one covers all that has passed: the body becomes coarser in time, but never slower.
@@ -49,12 +54,14 @@ std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplaceme
 }
 
 void run_bus(hal::Bus& bus, PlantDrives& drives, rt::TripleBuffer<PlantDisplacements>& displacements,
-             rt::TripleBuffer<PlantTip>& tips, const std::atomic<bool>& quit) noexcept {
+             rt::TripleBuffer<PlantTip>& tips, FaultRing& faults, const std::atomic<bool>& quit) noexcept {
+  PlantFault fault;
   pollfd readable{bus.descriptor(), POLLIN, 0};
   while (!quit) {
     poll(&readable, 1, kPollTimeout_ms);
+    while (faults.pop(fault)) drives.inject(fault);
     drives.serve(bus, tips.latest(), rt::now_ns());
-    displacements.back() = drives.displacements();
+    displacements.back() = drives.felt_displacements();
     displacements.publish();
   }
 }
@@ -66,14 +73,16 @@ int run_plant(const std::string& file, const std::string& bus_name) {
   const auto bus = hal::open_bus(bus_name.empty() ? config.bus.name : bus_name, hal::BusRole::kHost);
   rt::TripleBuffer<PlantDisplacements> displacements;
   rt::TripleBuffer<PlantTip> tips;
+  FaultRing faults;
+  PlantConsole console(config);
   std::atomic<bool> quit{false};
-  displacements.back() = drives.displacements();
+  displacements.back() = drives.felt_displacements();
   displacements.publish();
   tips.back() = {body.tip(), rt::now_ns()};
   tips.publish();
 
   rt::RealtimeThread bus_thread({"bus", kBusPriority}, rt::RtRights::kIgnore,
-                                [&] { run_bus(*bus, drives, displacements, tips, quit); });
+                                [&] { run_bus(*bus, drives, displacements, tips, faults, quit); });
   std::optional<double> behind;
   std::atomic<bool> body_ended{false};
   std::thread body_thread([&] {
@@ -84,7 +93,9 @@ int run_plant(const std::string& file, const std::string& bus_name) {
                bus->describe());
   fmt::print("ready\n");
   std::fflush(stdout);
-  while (!stop_signalled() && !body_ended) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  while (!stop_signalled() && !body_ended)
+    for (const PlantFault& fault : console.read(kStopPoll_ms))
+      if (!faults.push(fault)) spdlog::error("too many faults at once; the last one was not injected");
   quit = true;
   body_thread.join();
   bus_thread.join();
@@ -102,7 +113,7 @@ int main(int argc, char** argv) {
       "tendril-plant is a simulated robot on the other side of the bus: servo drives that speak the "
       "protocol of the robot file, a body in motion with a material of its own (section 'plant' of the robot "
       "file), and a camera that shows its "
-      "tip. It hosts "
+      "tip. Faults can be injected: a line on standard input for each; the line 'help' lists them. It hosts "
       "the bus where that is a local socket, and prints 'ready' once it can be talked to. Ends on "
       "SIGTERM.\n\n"
       "Exit codes: 0 ended as asked; 1 the body could not be advanced; 2 wrong usage or robot file; 3 the "

@@ -228,6 +228,10 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(c.plant->damping_stiffness == 0.02);
   CHECK(c.plant->time_step == 0.005);
   CHECK(c.plant->tracker_rate_hz == 50);
+  REQUIRE(c.plant->faults.size() == 1);
+  CHECK(c.plant->faults[0].kind == PlantFaultKind::kSilent);
+  CHECK(c.plant->faults[0].axis == 0);
+  CHECK(c.plant->faults[0].after == 5);
 }
 
 TEST_CASE("The manual lists the keys that the reader knows, and says which are required", "[unit]") {

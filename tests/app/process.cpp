@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/mman.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -49,7 +50,11 @@ Process::Process(std::vector<std::string> arguments) : out_(open_memory("out")),
   argv.push_back(nullptr);
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  int input[2];
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, input) != 0)
+    throw std::runtime_error(std::string("cannot make a pair of sockets: ") + std::strerror(errno));
+  in_ = input[1];
+  posix_spawn_file_actions_adddup2(&files, input[0], STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&files, out_, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&files, err_, STDERR_FILENO);
   posix_spawnattr_t attributes;
@@ -59,7 +64,9 @@ Process::Process(std::vector<std::string> arguments) : out_(open_memory("out")),
   const int error = posix_spawnp(&pid_, argv[0], &files, &attributes, argv.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
+  close(input[0]);
   if (error != 0) {
+    close(in_);
     close(out_);
     close(err_);
     throw std::runtime_error("cannot start " + arguments[0] + ": " + std::strerror(error));
@@ -70,12 +77,19 @@ Process::~Process() {
   // Also what the program has started and not waited for; the group outlives its leader.
   kill(-pid_, SIGKILL);
   if (!status_) waitpid(pid_, nullptr, 0);
+  close(in_);
   close(out_);
   close(err_);
 }
 
 void Process::send(int signal) {
   if (!wait(0)) kill(pid_, signal);
+}
+
+void Process::write_line(const std::string& line) {
+  const std::string text = line + "\n";
+  if (::send(in_, text.data(), text.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(text.size()))
+    throw std::runtime_error("the program no longer reads");
 }
 
 std::optional<int> Process::wait(double seconds) {

@@ -29,6 +29,10 @@ class Process {
   /// Sends a signal to the program, unless it has ended.
   void send(int signal);
 
+  /// Writes a line to the program's standard input. Where nobody calls it that is empty and open.
+  /// @throws std::runtime_error where the program no longer reads
+  void write_line(const std::string& line);
+
   /// Waits for the program's end.
   /// @return  its exit code, or minus the number of the signal that ended it; nothing where it still runs
   std::optional<int> wait(double seconds = kPatience_s);
@@ -42,6 +46,7 @@ class Process {
 
  private:
   pid_t pid_ = -1;
+  int in_ = -1;              // a socket, as writing to one raises no SIGPIPE
   int out_ = -1, err_ = -1;  // files in memory: a program is never held up by a reader
   std::optional<int> status_;
 };

@@ -234,5 +234,27 @@ TEST_CASE("SIGTERM ends the plant with exit code 0, with and without a controlle
   if (daemon) CHECK(daemon->wait() == 1);
 }
 
+TEST_CASE("Faults are injected by a line on the plant's standard input, and a mistake in one is explained",
+          "[scenario]") {
+  Workbench bench;
+  bench.plant().write_line("help");
+  CHECK(bench.plant().says("heartbeat AXIS off"));
+  bench.plant().write_line("stuck middle");
+  CHECK(bench.plant().says("found 'stuck middle', expected the name of an actuator (right, left)"));
+  Process daemon(bench.daemon());
+  REQUIRE(daemon.says("phase: run"));
+  bench.plant().write_line("heartbeat left off");
+  CHECK(bench.plant().says("injected: heartbeat left off"));
+  CHECK(daemon.wait() == 1);
+  INFO(daemon.err() << bench.plant().err());
+  CHECK(daemon.err().find("'left' (node 2): heartbeat lost") != std::string::npos);
+
+  bench.plant().write_line("clear");
+  CHECK(bench.plant().says("injected: clear"));
+  const Ended next = run(bench.daemon({"--duration", "1"}));
+  INFO(next.err);
+  CHECK(next.code == 0);
+}
+
 }  // namespace
 }  // namespace tendril::app
