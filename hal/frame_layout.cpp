@@ -43,11 +43,17 @@ void append_sdo(std::vector<FrameLayout>& frames, const std::string& node, int n
   frames.push_back({kSdoAnswerBase + number_of_node, node + "_SDO_answer", 8, node, signals});
 }
 
+/// A position of a drive as the displacement that it stands for.
+Signal displacement(Signal signal, const AxisScale& scale, const DisplacementUnit& unit) {
+  signal = scaled(signal, scale.displacement_per_count() * unit.per_si, unit.name);
+  signal.offset = scale.offset * unit.per_si;
+  return signal;
+}
+
 void append_cia402(std::vector<FrameLayout>& frames, const AxisConfig& axis, const DisplacementUnit& unit) {
   const std::string node = node_name(axis);
   const auto position = [&](const char* name) {
-    return scaled(number(name, 16, 32, SignalType::kSigned),
-                  axis.scale.displacement_per_count() * unit.per_si, unit.name);
+    return displacement(number(name, 16, 32, SignalType::kSigned), axis.scale, unit);
   };
   frames.push_back({rpdo_cob_id(axis),
                     node + "_RPDO",
@@ -92,12 +98,12 @@ void append_odrive(std::vector<FrameLayout>& frames, const AxisConfig& axis, Odr
   add(OdriveMessage::kEstop, "_estop", 0, kController, {});
   add(OdriveMessage::kSetAxisState, "_state", 4, kController, {number("requested_state", 0, 32)});
   add(OdriveMessage::kEncoderEstimates, "_estimates", 8, node,
-      {scaled(real("position", 0), per_turn, unit.name),
+      {displacement(real("position", 0), axis.scale, unit),
        scaled(real("velocity", 32), per_turn, unit.name + "/s")});
   add(OdriveMessage::kSetControllerMode, "_mode", 8, kController,
       {number("control_mode", 0, 32), number("input_mode", 32, 32)});
   add(OdriveMessage::kSetInputPosition, "_input", 8, kController,
-      {scaled(real("target_position", 0), per_turn, unit.name),
+      {displacement(real("target_position", 0), axis.scale, unit),
        scaled(number("velocity", 32, 16, SignalType::kSigned), 0.001 * per_turn, unit.name + "/s"),
        scaled(number("torque", 48, 16, SignalType::kSigned), 0.001, "Nm")});
   add(OdriveMessage::kSetLimits, "_limits", 8, kController,

@@ -111,6 +111,13 @@ TEST_CASE("The table of frames reads what the CANopen codecs write", "[unit]") {
   CHECK(layouts.find(encode_sync())->length == 0);
 }
 
+TEST_CASE("The table of frames knows where a drive's zero lies", "[unit]") {
+  MasterConfig canopen = config_of(1), odrive = odrive_config_of(1);
+  canopen.axes[0].scale.offset = odrive.axes[0].scale.offset = 2e-3;
+  CHECK(Layouts(canopen).value(encode_drive_feedback(0x181, {0x1237, 0}), "actual_position") == Approx(2));
+  CHECK(Layouts(odrive).value(encode_odrive_estimates(0, {0, 0}), "position") == Approx(2));
+}
+
 TEST_CASE("The table of frames reads what the ODrive codecs write", "[unit]") {
   for (const OdriveFirmware firmware : {OdriveFirmware::k0_5, OdriveFirmware::k0_6}) {
     const Layouts layouts(odrive_config_of(2, firmware));
