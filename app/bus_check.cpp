@@ -27,9 +27,7 @@ hal::BusBudget check_bus(const Config& config) {
 std::string bus_dbc(const Config& config) {
   check_bus(config);
   std::vector<hal::DisplacementUnit> units;
-  for (const ActuatorConfig& actuator : config.actuators)
-    units.push_back(actuator.is_cavity() ? hal::DisplacementUnit{"ml", 1e6}
-                                         : hal::DisplacementUnit{"mm", 1e3});
+  for (const ActuatorConfig& actuator : config.actuators) units.push_back(displacement_unit(actuator));
   return hal::to_dbc(hal::frame_layouts(master_config(config), units));
 }
 

@@ -27,23 +27,15 @@ constexpr int kStartCycles = 1000;                  // and as many at least
 // With less the wake-up, which takes 100 us and more on a machine that is not tuned, makes cycles late.
 constexpr double kMarginAdvised = 0.5;
 
-/// Of the robot at rest, as old as virtual time is.
-void publish_rest(const Robot& robot, const Config& config, std::int64_t now_ns, Channels& channels) {
-  ModelRefresher model(robot, config);
-  (void)model.settle(Eigen::VectorXd::Zero(robot.constraints.actuators()));  // else the shape of the mesh
-  if (!model.refresh({}, now_ns, channels.snapshots.back()))
-    throw ConfigError(fmt::format("{}: the model cannot be linearised at rest", config.file.string()));
-  channels.snapshots.publish();
-}
-
 rt::ControllerConfig undisturbed(const Config& config) {
   rt::ControllerConfig limits = controller_config(config);
   limits.snapshot_age_limit_ns = std::numeric_limits<std::int64_t>::max();
   return limits;
 }
 
-Config with_plant(Config config) {
-  if (!config.plant) config.plant.emplace();  // the drives' share of it has defaults
+/// Drives without the faults that the file may plan for the simulated robot.
+Config with_sound_drives(Config config) {
+  config.plant = PlantConfig{};
   return config;
 }
 
@@ -75,13 +67,14 @@ class Rehearsal {
       : period_ns_(static_cast<std::int64_t>(1e9 / config.control.rate_hz)),
         drives_bus_(hal::open_bus(medium_.name(), hal::BusRole::kHost)),
         bus_(medium_.name(), now_ns_),
-        drives_(with_plant(config)),
+        drives_(with_sound_drives(config)),
         master_(hal::make_master(master_config(config))),
         controller_(undisturbed(config)),
         channels_(std::make_unique<Channels>()),
         loop_(bus_, *master_, controller_, channels_->snapshots, channels_->targets, channels_->feedback,
               channels_->requests) {
-    publish_rest(robot, config, now_ns_, *channels_);
+    linearise_at_rest(robot, config, now_ns_, channels_->snapshots.back());
+    channels_->snapshots.publish();
   }
 
   /// One cycle; the CPU's time in reading, solving and writing, s.

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -18,6 +17,7 @@
 #include "app/model_thread.h"
 #include "app/motion.h"
 #include "app/qp_budget.h"
+#include "app/real_time_rights.h"
 #include "app/report_pictures.h"
 #include "app/robot.h"
 #include "app/run_recorder.h"
@@ -25,38 +25,13 @@
 #include "app/stop_signal.h"
 #include "hal/bus.h"
 #include "hal/drive_protocol.h"
-#include "rt/idle_latency_limit.h"
-#include "rt/memory.h"
 #include "rt/periodic_clock.h"
-#include "rt/rt_error.h"
 
 namespace tendril::app {
 namespace {
 
 constexpr auto kHousekeeping = std::chrono::milliseconds(5);
 constexpr std::int64_t kProgress_ns = 1'000'000'000;
-
-/// Locks memory, or says why it runs without.
-bool lock_memory(bool allow_non_rt) {
-  try {
-    rt::lock_memory();
-    return true;
-  } catch (const rt::RtError& error) {
-    if (!allow_non_rt) throw;
-    spdlog::warn("{}", error.what());
-    return false;
-  }
-}
-
-/// Keeps CPUs from deep sleep, or says why not: cycles are then later, and nothing is wrong with them.
-std::unique_ptr<rt::IdleLatencyLimit> limit_idle_latency(double limit_s) {
-  try {
-    return std::make_unique<rt::IdleLatencyLimit>(static_cast<std::int32_t>(std::lround(1e6 * limit_s)));
-  } catch (const rt::RtError& error) {
-    spdlog::warn("{}", error.what());
-    return nullptr;
-  }
-}
 
 struct StopAtExit {
   rt::Requests& requests;

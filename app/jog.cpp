@@ -81,7 +81,7 @@ void Jog::move(bool stop) noexcept {
   position += std::copysign(speed_ * dt, goal_ - position);
 }
 
-bool Jog::out_of_hand(const hal::Measurement& measurement) noexcept {
+bool Jog::out_of_hand(const hal::Measurement& measurement) const noexcept {
   return !(std::abs(measurement.position[0] - command_.position[0]) <= config_.lag);
 }
 

@@ -9,7 +9,7 @@ namespace tendril::app {
 /// Where one axis shall go, and what it may not do on the way. Displacements in m or m³.
 struct JogConfig {
   double distance = 0;             ///< from where the axis stands, signed
-  double speed = 0;                ///< > 0, 1/s
+  double speed = 0;                ///< > 0, m/s or m³/s
   double least = 0, greatest = 0;  ///< of the displacement
   double lag = 0;                  ///< > 0: farther from its command the axis must not be found
   double period_s = 0;
@@ -49,7 +49,7 @@ class Jog {
   void move(bool stop) noexcept;
   void end(Ending ending) noexcept;
   void enter(Phase phase) noexcept;
-  bool out_of_hand(const hal::Measurement& measurement) noexcept;
+  bool out_of_hand(const hal::Measurement& measurement) const noexcept;
 
   JogConfig config_;
   Phase phase_ = Phase::kConnecting;

@@ -13,13 +13,12 @@
 #include "app/config.h"
 #include "app/jog.h"
 #include "app/quantity.h"
+#include "app/real_time_rights.h"
 #include "app/robot.h"
 #include "app/stop_signal.h"
 #include "hal/bus.h"
 #include "hal/drive_protocol.h"
-#include "rt/memory.h"
 #include "rt/periodic_clock.h"
-#include "rt/rt_error.h"
 #include "rt/spsc_ring.h"
 #include "rt/thread.h"
 
@@ -36,16 +35,6 @@ struct JogRecord {
   double commanded = 0, measured = 0;  // m or m³
 };
 using JogRing = rt::SpscRing<JogRecord, 1024>;
-
-/// How a person reads the displacements of an actuator.
-struct Unit {
-  const char* name;
-  double scale;  // from SI
-};
-
-Unit unit_of(const ActuatorConfig& actuator) {
-  return actuator.is_cavity() ? Unit{"ml", 1e6} : Unit{"mm", 1e3};
-}
 
 std::size_t index_of(const Config& config, const std::string& name) {
   std::string known;
@@ -68,26 +57,26 @@ double parse(const char* option, const std::string& text, Dimension dimension, d
 JogConfig jog_config(const JogOptions& options, const ActuatorConfig& actuator, double period_s) {
   const bool cavity = actuator.is_cavity();
   const Dimension way = cavity ? Dimension::kVolume : Dimension::kLength;
-  const Unit unit = unit_of(actuator);
+  const hal::DisplacementUnit unit = displacement_unit(actuator);
   JogConfig jog;
   jog.distance = parse("--by", options.by, way, 0);
   jog.speed = parse("--speed", options.speed, cavity ? Dimension::kFlow : Dimension::kSpeed,
                     0.01 * actuator.top_rate);
-  jog.lag = parse("--lag", options.lag, way, 1 / unit.scale);
+  jog.lag = parse("--lag", options.lag, way, 1 / unit.per_si);
   jog.least = actuator.displacement_min;
   jog.greatest = actuator.displacement_max;
   jog.period_s = period_s;
-  const double limit = parse("--limit", options.limit, way, 5 / unit.scale);
+  const double limit = parse("--limit", options.limit, way, 5 / unit.per_si);
   if (!(std::abs(jog.distance) <= limit))
     throw ConfigError(
         fmt::format("--by: found {}, expected at most {:g} {} either way; a greater --limit allows "
                     "more",
-                    options.by, unit.scale * limit, unit.name));
+                    options.by, unit.per_si * limit, unit.name));
   if (!(jog.speed > 0 && jog.speed <= actuator.top_rate))
     throw ConfigError(
         fmt::format("--speed: found {:g} {}/s, expected more than 0 and at most the actuator's top "
                     "rate, {:g} {}/s",
-                    unit.scale * jog.speed, unit.name, unit.scale * actuator.top_rate, unit.name));
+                    unit.per_si * jog.speed, unit.name, unit.per_si * actuator.top_rate, unit.name));
   if (!(jog.lag > 0)) throw ConfigError("--lag: expected more than 0");
   return jog;
 }
@@ -96,10 +85,8 @@ JogConfig jog_config(const JogOptions& options, const ActuatorConfig& actuator, 
 class OneAxis {
  public:
   OneAxis(const Config& config, std::size_t actuator, const std::string& bus)
-      : config_(alone(master_config(config), actuator)),
-        master_(hal::make_master(config_)),
-        wanted_(master_->identifiers()),
-        bus_(hal::open_bus(bus, hal::BusRole::kJoin, wanted_)) {}
+      : master_(hal::make_master(alone(master_config(config), actuator))),
+        bus_(hal::open_bus(bus, hal::BusRole::kJoin, master_->identifiers())) {}
 
   /// One cycle. Real-time: bounded, no allocation.
   JogRecord cycle(Jog& jog, std::int64_t intended_ns, bool stop) noexcept {
@@ -114,7 +101,6 @@ class OneAxis {
   }
 
   std::string describe(const hal::DriveFault& fault) const { return master_->describe(fault); }
-  std::string bus() const { return bus_->describe(); }
 
  private:
   static hal::MasterConfig alone(hal::MasterConfig config, std::size_t actuator) {
@@ -122,9 +108,7 @@ class OneAxis {
     return config;
   }
 
-  hal::MasterConfig config_;
   std::unique_ptr<hal::DriveMaster> master_;
-  std::vector<std::uint32_t> wanted_;
   std::unique_ptr<hal::Bus> bus_;
   std::array<hal::Frame, hal::kMaxWaiting> arrived_;
   hal::FrameBatch frames_;
@@ -137,24 +121,24 @@ const char* name(Jog::Phase phase) {
 
 /// What became of it, in a sentence.
 std::string verdict(const Jog& jog, const OneAxis& axis, const ActuatorConfig& actuator, double measured) {
-  const Unit unit = unit_of(actuator);
+  const hal::DisplacementUnit unit = displacement_unit(actuator);
   switch (jog.ending()) {
     case Jog::Ending::kArrived:
       return fmt::format("'{}' went from {:.3f} to {:.3f} {}, as its drive says", actuator.name,
-                         unit.scale * jog.start(), unit.scale * measured, unit.name);
+                         unit.per_si * jog.start(), unit.per_si * measured, unit.name);
     case Jog::Ending::kStopped:
-      return fmt::format("stopped at {:.3f} {}", unit.scale * measured, unit.name);
+      return fmt::format("stopped at {:.3f} {}", unit.per_si * measured, unit.name);
     case Jog::Ending::kBeyond:
       return fmt::format(
           "'{}' stands at {:.3f} {}, and its limits are {:g} to {:g} {}: it was not moved; is its "
           "reference right?",
-          actuator.name, unit.scale * jog.start(), unit.name, unit.scale * actuator.displacement_min,
-          unit.scale * actuator.displacement_max, unit.name);
+          actuator.name, unit.per_si * jog.start(), unit.name, unit.per_si * actuator.displacement_min,
+          unit.per_si * actuator.displacement_max, unit.name);
     case Jog::Ending::kStrayed:
       return fmt::format(
           "'{}' was found at {:.3f} {} where {:.3f} {} was commanded, and was disabled: does it "
           "move at all, the right way, and as far as counts and pulley say?",
-          actuator.name, unit.scale * measured, unit.name, unit.scale * jog.commanded(), unit.name);
+          actuator.name, unit.per_si * measured, unit.name, unit.per_si * jog.commanded(), unit.name);
     case Jog::Ending::kDriveFault:
       return axis.describe(jog.drive_fault());
   }
@@ -168,12 +152,7 @@ int run_jog(const JogOptions& options) {
   const std::size_t index = index_of(config, options.actuator);
   const ActuatorConfig& actuator = config.actuators[index];
   Jog jog(jog_config(options, actuator, 1 / config.control.rate_hz));
-  try {
-    rt::lock_memory();
-  } catch (const rt::RtError& error) {
-    if (!options.allow_non_rt) throw;
-    spdlog::warn("{}", error.what());
-  }
+  lock_memory(options.allow_non_rt);
   const auto axis =
       std::make_unique<OneAxis>(config, index, options.bus.empty() ? config.bus.name : options.bus);
   const auto ring = std::make_unique<JogRing>();
@@ -189,7 +168,7 @@ int run_jog(const JogOptions& options) {
                              });
   if (!control.refusal().empty()) spdlog::warn("{}", control.refusal());
 
-  const Unit unit = unit_of(actuator);
+  const hal::DisplacementUnit unit = displacement_unit(actuator);
   JogRecord record;
   std::int64_t first_ns = 0, shown_ns = 0;
   while (!ended.load(std::memory_order_acquire)) {
@@ -200,7 +179,7 @@ int run_jog(const JogOptions& options) {
       shown_ns = record.intended_ns;
       fmt::print("{:6.1f} s  {:8} commanded {:9.3f} {}  measured {:9.3f} {}\n",
                  1e-9 * static_cast<double>(record.intended_ns - first_ns), name(record.phase),
-                 unit.scale * record.commanded, unit.name, unit.scale * record.measured, unit.name);
+                 unit.per_si * record.commanded, unit.name, unit.per_si * record.measured, unit.name);
       std::fflush(stdout);
     }
   }

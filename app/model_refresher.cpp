@@ -1,5 +1,7 @@
 #include "app/model_refresher.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace tendril::app {
@@ -100,6 +102,17 @@ bool ModelRefresher::fill(const fem::Compliance& compliance, const Eigen::Vector
   if (snapshot.problem.prepare(H, snapshot.W_aa, ties) != qp::Preparation::kReady) return false;
   snapshot.sequence = ++sequence_;
   return true;
+}
+
+void linearise_at_rest(const Robot& robot, const Config& config, std::int64_t now_ns,
+                       rt::Snapshot& snapshot) {
+  ModelRefresher model(robot, config);
+  (void)model.settle(Eigen::VectorXd::Zero(robot.constraints.actuators()));
+  if (!model.refresh({}, now_ns, snapshot))
+    throw ConfigError(
+        fmt::format("{}: the model cannot be linearised at rest, so that the time of the QP "
+                    "is unknown; set control.iteration_cap",
+                    config.file.string()));
 }
 
 }  // namespace tendril::app

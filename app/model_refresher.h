@@ -55,4 +55,10 @@ class ModelRefresher {
   std::uint64_t sequence_ = 0;
 };
 
+/// Fills a snapshot with the body at rest at displacement zero, for measurements of what follows from one; a
+/// body without such a rest stays in the shape of the mesh, which serves as well.
+/// @throws ConfigError where it cannot be linearised there
+/// Real-time: no (many refreshes).
+void linearise_at_rest(const Robot& robot, const Config& config, std::int64_t now_ns, rt::Snapshot& snapshot);
+
 }  // namespace tendril::app

@@ -25,19 +25,6 @@ constexpr int kSamples = 200;
 // An instant on the clock is as long as several iterations of a small problem: so many problems are a sample.
 constexpr int kSolves = 4;
 
-std::unique_ptr<rt::Snapshot> snapshot_at_rest(const Robot& robot, const Config& config) {
-  auto snapshot = std::make_unique<rt::Snapshot>();
-  ModelRefresher model(robot, config);
-  // A body without a rest at displacement zero stays in the shape of the mesh, which serves as well.
-  (void)model.settle(Eigen::VectorXd::Zero(robot.constraints.actuators()));
-  if (!model.refresh({}, 0, *snapshot))
-    throw ConfigError(
-        fmt::format("{}: the model cannot be linearised at rest, so that the time of the QP "
-                    "is unknown; set control.iteration_cap",
-                    config.file.string()));
-  return snapshot;
-}
-
 /// Problems that take as long as any: of which neither target nor displacements can be had within the limits
 /// of the efforts, one unlike the other.
 class Conflicts {
@@ -76,7 +63,8 @@ class Conflicts {
 }  // namespace
 
 double time_iteration(const Robot& robot, const Config& config) {
-  const auto snapshot = snapshot_at_rest(robot, config);
+  const auto snapshot = std::make_unique<rt::Snapshot>();
+  linearise_at_rest(robot, config, 0, *snapshot);
   rt::ControllerConfig limits = controller_config(config);
   limits.iteration_cap = useful_iterations(limits.actuators);
   const auto conflicts = std::make_unique<Conflicts>(*snapshot, limits);

@@ -150,6 +150,10 @@ std::unique_ptr<Robot> build_plant(const Config& config) {
   return build(config, build_body(config, plant_substance(config), loads));
 }
 
+hal::DisplacementUnit displacement_unit(const ActuatorConfig& actuator) {
+  return actuator.is_cavity() ? hal::DisplacementUnit{"ml", 1e6} : hal::DisplacementUnit{"mm", 1e3};
+}
+
 std::vector<EffectorRow> effector_rows(const Config& config) {
   std::vector<EffectorRow> rows;
   for (int k = 0; k < static_cast<int>(config.effectors.size()); ++k) {

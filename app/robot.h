@@ -5,6 +5,7 @@
 #include "app/config.h"
 #include "fem/constraints.h"
 #include "fem/model.h"
+#include "hal/frame_layout.h"
 #include "hal/master_config.h"
 #include "rt/controller.h"
 
@@ -45,6 +46,9 @@ rt::ControllerConfig controller_config(const Config& config);
 
 /// Axes and rates of the drives' bus. Real-time: no.
 hal::MasterConfig master_config(const Config& config);
+
+/// What people read the displacements of an actuator in. Real-time: no.
+hal::DisplacementUnit displacement_unit(const ActuatorConfig& actuator);
 
 /// Controlled coordinates of all effectors, in the order of the rows of W_ea.
 struct EffectorRow {

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <thread>
@@ -20,13 +19,11 @@
 #include "app/plant.h"
 #include "app/private_bus.h"
 #include "app/qp_budget.h"
+#include "app/real_time_rights.h"
 #include "app/robot.h"
 #include "app/stop_signal.h"
 #include "hal/drive_protocol.h"
-#include "rt/idle_latency_limit.h"
-#include "rt/memory.h"
 #include "rt/periodic_clock.h"
-#include "rt/rt_error.h"
 
 namespace tendril::tools {
 namespace {
@@ -38,27 +35,6 @@ constexpr std::int64_t kProgress_ns = 1'000'000'000;
 rt::RtRights rights(const LatencyOptions& options) {
   return options.allow_non_rt ? rt::RtRights::kIgnore : rt::RtRights::kRequire;
 }
-
-/// Locked memory and CPUs that do not sleep deeper than allowed, where they can be had.
-struct Machine {
-  Machine(const LatencyOptions& options, double idle_latency_s) {
-    try {
-      rt::lock_memory();
-      memory_locked = true;
-    } catch (const rt::RtError& error) {
-      if (!options.allow_non_rt) throw;
-      spdlog::warn("{}", error.what());
-    }
-    try {
-      idle = std::make_unique<rt::IdleLatencyLimit>(
-          static_cast<std::int32_t>(std::lround(1e6 * idle_latency_s)));
-    } catch (const rt::RtError& error) {
-      spdlog::warn("{}", error.what());
-    }
-  }
-  bool memory_locked = false;
-  std::unique_ptr<rt::IdleLatencyLimit> idle;
-};
 
 /// The simulated drives, in a thread below the controller's as in tendril-plant.
 class DriveBench {
@@ -174,14 +150,14 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   config.control.model_cpu = options.others_cpu;
   config.control.model_rate_limit_hz = options.model_rate_limit;
   config.control.late_cycles_limit = std::numeric_limits<int>::max();
-  if (!config.plant) config.plant.emplace();  // the drives' share of it has defaults
+  config.plant = app::PlantConfig{};  // drives without the faults that the file may plan
   LatencyFacts facts;
   const auto robot = app::build_model(config);
   const rt::EffectorVector rest = app::rest_of_effectors(*robot);
   if (!config.control.iteration_cap)
     config.control.iteration_cap = app::judge_qp(config, app::time_iteration(*robot, config)).cap;
-  const Machine machine(options, config.control.idle_latency);
-  facts.memory_locked = machine.memory_locked;
+  facts.memory_locked = app::lock_memory(options.allow_non_rt);
+  const auto idle_latency_limit = app::limit_idle_latency(config.control.idle_latency);
 
   const auto channels = std::make_unique<app::Channels>();
   const auto counts = std::make_unique<rt::LoopCounts>();
@@ -225,8 +201,8 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
 
 LatencyFacts run_timer(const LatencyOptions& options, LatencyStages& stages, const TellProgress& tell) {
   LatencyFacts facts;
-  const Machine machine(options, 0);
-  facts.memory_locked = machine.memory_locked;
+  facts.memory_locked = app::lock_memory(options.allow_non_rt);
+  const auto idle_latency_limit = app::limit_idle_latency(0);
   const auto channels = std::make_unique<app::Channels>();
   rt::Scheduling scheduling;
   rt::RealtimeThread timer({"timer", options.priority, options.cpu}, rights(options), [&] {

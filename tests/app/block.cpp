@@ -126,4 +126,10 @@ Block::Block(const Changes& changes) : file(changed(changes), "block.msh"), conf
   std::ofstream(config.mesh.file) << mesh();
 }
 
+Config block_at(double rate_hz) {
+  Config config = Block().config;
+  config.control.rate_hz = rate_hz;
+  return config;
+}
+
 }  // namespace tendril::app

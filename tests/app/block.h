@@ -18,6 +18,9 @@ struct Block {
   Config config;
 };
 
+/// What a block's file says, at another control rate; the file itself is gone.
+Config block_at(double rate_hz);
+
 /// The place of each of its actuators.
 enum BlockActuator { kAir, kString, kStrut, kThumb };
 

@@ -9,13 +9,6 @@
 namespace tendril::app {
 namespace {
 
-/// The block at 500 Hz.
-Config at_500_hz() {
-  Config config = Block().config;
-  config.control.rate_hz = 500;
-  return config;
-}
-
 constexpr CycleCost kCost{.read_s = 100e-6, .solve_s = 20e-6, .write_s = 80e-6};
 
 QpBudget qp_of(int cap, double iteration_s) {
@@ -26,7 +19,7 @@ QpBudget qp_of(int cap, double iteration_s) {
 }
 
 TEST_CASE("A cycle at worst is bus, decision and the QP's iterations up to its cap", "[unit]") {
-  const CycleBudget budget = judge_cycle(at_500_hz(), kCost, qp_of(50, 2e-6));
+  const CycleBudget budget = judge_cycle(block_at(500), kCost, qp_of(50, 2e-6));
   CHECK(budget.whole_s == Approx(300e-6));
   CHECK(budget.margin == Approx(0.85));
   CHECK(budget.text ==
@@ -36,13 +29,13 @@ TEST_CASE("A cycle at worst is bus, decision and the QP's iterations up to its c
 }
 
 TEST_CASE("A cycle that leaves the wake-up less than half of its time is advised against", "[unit]") {
-  CHECK_THAT(judge_cycle(at_500_hz(), kCost, qp_of(390, 2e-6)).text, !Catch::Contains("little"));
-  CHECK_THAT(judge_cycle(at_500_hz(), kCost, qp_of(410, 2e-6)).text,
+  CHECK_THAT(judge_cycle(block_at(500), kCost, qp_of(390, 2e-6)).text, !Catch::Contains("little"));
+  CHECK_THAT(judge_cycle(block_at(500), kCost, qp_of(410, 2e-6)).text,
              Catch::Contains("49 % left") && Catch::Contains(": little; measure it with tendril-latency"));
 }
 
 TEST_CASE("A cycle that does not fit is refused with the rate that would do", "[unit]") {
-  const Config config = at_500_hz();
+  const Config config = block_at(500);
   CHECK_NOTHROW(judge_cycle(config, kCost, qp_of(899, 2e-6)));
   CHECK_THROWS_WITH(judge_cycle(config, kCost, qp_of(1150, 2e-6)),
                     Catch::Contains(config.file.string()) &&

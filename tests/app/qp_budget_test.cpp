@@ -11,15 +11,8 @@
 namespace tendril::app {
 namespace {
 
-/// The block, of four actuators, at 500 Hz: 500 us for the QP.
-Config at_500_hz() {
-  Config config = Block().config;
-  config.control.rate_hz = 500;
-  return config;
-}
-
 TEST_CASE("The cap is what fits into a quarter of the cycle, and 16 an actuator where more would", "[unit]") {
-  const Config config = at_500_hz();
+  const Config config = block_at(500);
   CHECK(judge_qp(config, 10.1e-6).cap == 49);
   CHECK(judge_qp(config, 31e-6).cap == 16);
   CHECK(judge_qp(config, 1e-6).cap == 64);
@@ -32,7 +25,7 @@ TEST_CASE("The cap is what fits into a quarter of the cycle, and 16 an actuator 
 
 TEST_CASE("A cycle too short for four iterations an actuator is refused with the rate that would do",
           "[unit]") {
-  const Config config = at_500_hz();
+  const Config config = block_at(500);
   CHECK_NOTHROW(judge_qp(config, 31.2e-6));
   CHECK_THROWS_WITH(
       judge_qp(config, 40e-6),
@@ -42,7 +35,7 @@ TEST_CASE("A cycle too short for four iterations an actuator is refused with the
 }
 
 TEST_CASE("A cap of the file is kept, and said to be too high where it does not fit", "[unit]") {
-  Config config = at_500_hz();
+  Config config = block_at(500);
   config.control.iteration_cap = 10;
   CHECK(judge_qp(config, 40e-6).cap == 10);
   CHECK_THAT(judge_qp(config, 40e-6).text, !Catch::Contains("more than fit"));
@@ -53,7 +46,7 @@ TEST_CASE("A cap of the file is kept, and said to be too high where it does not 
 
 TEST_CASE("Without a cap in the file the controller has 16 iterations an actuator, whatever the machine",
           "[unit]") {
-  CHECK(controller_config(at_500_hz()).iteration_cap == 64);
+  CHECK(controller_config(block_at(500)).iteration_cap == 64);
 }
 
 TEST_CASE("The time of an iteration is found at rest, and where the body finds no rest", "[unit]") {
