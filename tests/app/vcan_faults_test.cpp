@@ -15,8 +15,8 @@ using hal::testing::OwnInterface;
 
 bool skipped() { return hal::testing::skipped_without_vcan0() || hal::testing::skipped_without_root(); }
 
-/// A program that talks to others on the bus, all the time and more than a bus of 1 Mbit/s can carry, which is
-/// 7.5 such frames a millisecond.
+/// A program that talks to others on the bus, all the time and more than a bus of 1 Mbit/s can carry, which
+/// is 7.5 such frames a millisecond.
 class Flood {
  public:
   explicit Flood(const std::string& interface) : bus_(hal::open_bus(interface, hal::BusRole::kJoin)) {}
