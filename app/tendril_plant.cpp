@@ -35,8 +35,8 @@ using FaultRing = rt::SpscRing<PlantFault, 64>;  // main thread ▶ bus thread
 /// @return  share of the grid's deadlines that were passed over; nothing where the body could not be advanced
 std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplacements>& displacements,
                                rt::TripleBuffer<PlantTip>& tips, const std::atomic<bool>& quit) {
-  rt::PeriodicClock clock(1e9 / static_cast<double>(body.time_step_ns()));
   std::int64_t then_ns = rt::now_ns(), steps = 0, missed = 0;
+  rt::PeriodicClock clock(1e9 / static_cast<double>(body.time_step_ns()), then_ns);
   while (!quit) {
     const std::int64_t now_ns = clock.wait();
     if (!body.step(displacements.latest(),
