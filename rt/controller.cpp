@@ -184,7 +184,11 @@ void Controller::solve(const Snapshot& snapshot) noexcept {
   if (((asked - config_.l_max).array() > tolerance.array()).any() ||
       ((config_.l_min - asked).array() > tolerance.array()).any())
     decision_.faults.add(Fault::kQpSoftened);
-  const ActuatorVector next = asked.cwiseMax(lower).cwiseMin(upper);
+  // An actuator outside its limits comes no nearer to them than its effort allows, and goes no further away.
+  const ActuatorVector next = asked.cwiseMax(config_.l_min.cwiseMin(delta_a_))
+                                  .cwiseMin(config_.l_max.cwiseMax(delta_a_))
+                                  .cwiseMax(delta_a_ - reach)
+                                  .cwiseMin(delta_a_ + reach);
   velocity_ = (next - delta_a_) / config_.period_s;
   delta_a_ = next;
 }

@@ -159,6 +159,24 @@ TEST_CASE("Effort limits win over strokes that conflict with them, and the fault
         Approx(rig.config.l_max[0]));  // and still no command beyond the stroke
 }
 
+TEST_CASE("An actuator outside its stroke is led back as far as its effort allows, and no further away",
+          "[law]") {
+  ControllerConfig config = testing::one_cable();
+  config.l_min[0] = 0.008;  // 9/4 N; the cable stands at 0
+  config.a_max[0] = GENERATE(1.5, 5.0);
+  Rig rig(config);
+  rig.target.position[0] = 0;
+  double last = rig.step_until(Phase::kRunning).command.position[0];
+  for (int k = 0; k < 100; ++k) {
+    const double now = rig.step().command.position[0];
+    CHECK(now >= last);
+    last = now;
+  }
+  const bool strong = config.a_max[0] > 2.25;
+  CHECK(last == Approx(strong ? 0.008 : kCompliance * config.a_max[0] + kFree));
+  CHECK(rig.step().faults.has(Fault::kQpSoftened) == !strong);
+}
+
 TEST_CASE("A stale snapshot holds the lengths until a fresh one comes", "[unit]") {
   Rig rig;
   rig.step_until(Phase::kRunning);
