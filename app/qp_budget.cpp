@@ -17,9 +17,10 @@ namespace {
 
 // Of the cycle: the bus, the wake-up and the model thread's use of the caches need the rest.
 constexpr double kShare = 0.25;
-// An actuator; with fewer many a solve from nothing, about 2n iterations where no rows conflict, is cut
-// short.
-constexpr int kNeededIterations = 4;
+// For n actuators. A solve from nothing takes about 2n where no rows conflict. One that is cut short goes on
+// from its working set a cycle later, and that leads nowhere where a cycle has too few for what is done anew
+// in each: looking into a conflict of rows, and the passes of a problem of two levels.
+constexpr int needed_iterations(int n) { return 4 * n + 8; }
 constexpr double kQuantile = 0.99;
 constexpr int kSamples = 200;
 // An instant on the clock is as long as several iterations of a small problem: so many problems are a sample.
@@ -81,7 +82,7 @@ double time_iteration(const Robot& robot, const Config& config) {
 }
 
 QpBudget judge_qp(const Config& config, double iteration_s) {
-  const int n = static_cast<int>(config.actuators.size()), needed = kNeededIterations * n;
+  const int n = static_cast<int>(config.actuators.size()), needed = needed_iterations(n);
   const double rate_hz = config.control.rate_hz, share_s = kShare / rate_hz;
   const double fit = std::floor(share_s / iteration_s);
   const std::string cost =

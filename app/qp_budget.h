@@ -23,8 +23,8 @@ double time_iteration(const Robot& robot, const Config& config);
 
 /// What follows from that time for the cap.
 /// @param iteration_s  > 0
-/// @throws ConfigError where the file leaves the cap open and fewer than four iterations an actuator fit
-/// Real-time: no (allocates).
+/// @throws ConfigError where the file leaves the cap open and fewer fit than eight, and four for each
+/// actuator Real-time: no (allocates).
 QpBudget judge_qp(const Config& config, double iteration_s);
 
 }  // namespace tendril::app
