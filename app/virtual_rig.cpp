@@ -82,6 +82,7 @@ void VirtualRig::refresh_model() {
     if (!model_settled_) channels_->requests.model_failed = true;
   }
   snapshot_ready_ = model_settled_ && refresher_.refresh(feedback, now_ns_, channels_->snapshots.back());
+  if (snapshots_spoilt_) channels_->snapshots.back().p_e_free.setConstant(std::nan(""));
 }
 
 void VirtualRig::send_target() {
@@ -91,11 +92,15 @@ void VirtualRig::send_target() {
 }
 
 void VirtualRig::control() {
-  events_.back().next_ns = control_grid_.deadline_ns(++cycles_);
+  const bool late = overruns_ > 0;
+  cycles_ += late ? 2 : 1;
+  events_.back().next_ns = control_grid_.deadline_ns(cycles_);
   if (control_stalled_) return;
   const rt::HeapGuard heap;
-  const rt::TraceRecord& record = loop_.cycle(now_ns_, now_ns_, 0);
+  const rt::TraceRecord& record = loop_.cycle(now_ns_, now_ns_, late_in_a_row_);
   heap_calls_ += heap.calls();
+  late_in_a_row_ = late ? late_in_a_row_ + 1 : 0;
+  if (late) --overruns_;
   trace_.push_back(record);
   if (!motion_ && config_.motion && record.phase == rt::Phase::kRunning)
     motion_.emplace(config_, rest_, record);

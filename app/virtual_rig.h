@@ -62,6 +62,8 @@ class VirtualRig {
   void stall_model(bool stalled) { model_stalled_ = stalled; }
   void stall_targets(bool stalled) { targets_stalled_ = stalled; }
   void stall_control(bool stalled) { control_stalled_ = stalled; }
+  void overrun_control(int cycles) { overruns_ = cycles; }  ///< the next so many end when the next is due
+  void spoil_snapshots(bool spoilt) { snapshots_spoilt_ = spoilt; }  ///< with what is no number
 
  private:
   using Task = void (VirtualRig::*)();
@@ -93,6 +95,7 @@ class VirtualRig {
   PlantDrives drives_;
   rt::DeadlineGrid control_grid_;
   std::int64_t cycles_ = 0, heap_calls_ = 0;
+  int overruns_ = 0, late_in_a_row_ = 0;
   std::vector<Event> events_;  // a tie is served in this order
   std::vector<rt::TraceRecord> trace_;
   std::vector<PlantTip> tips_;
@@ -100,6 +103,7 @@ class VirtualRig {
   std::optional<Motion> motion_;
   bool model_settled_ = false, snapshot_ready_ = false;
   bool model_stalled_ = false, targets_stalled_ = false, control_stalled_ = false;
+  bool snapshots_spoilt_ = false;
 };
 
 }  // namespace tendril::app

@@ -3,9 +3,8 @@
 
 #include "tests/scenario/robot_files.h"
 
-// What goes wrong around the controller, on all of Tendril in virtual time, on the finger. Rows of the fault
-// table that only the controller itself can show (late cycles, the ways out of the QP) are in
-// tests/rt/controller_test.cpp.
+// What goes wrong around the controller, on all of Tendril in virtual time, on the finger: every row of the
+// fault table. What drives can suffer is in plant_faults_test.cpp.
 
 namespace tendril::app {
 namespace {
@@ -16,7 +15,8 @@ using rt::Phase;
 
 constexpr double kStoppedWithin_s = 1.0;   // from a fault to disabled drives
 constexpr double kNoticedWithin_s = 0.25;  // a silent partner
-constexpr double kBorder_m = 1e-9;         // the border of the workspace is inside, in spite of rounding
+constexpr double kEffortRounding_N = 1e-9;
+constexpr double kBorder_m = 1e-9;  // the border of the workspace is inside, in spite of rounding
 
 struct Running {
   Config config = testing::finger();
@@ -84,6 +84,72 @@ TEST_CASE("A target outside the workspace is refused and the last good one kept"
   CHECK(refused);
   CHECK(rig.phase() == Phase::kRunning);
   CHECK(testing::within_limits(config, rig.trace()));
+}
+
+TEST_CASE("Efforts win over strokes that they cannot reach, and the conflict is told", "[scenario]") {
+  Config config = testing::finger();
+  config.actuators[0].displacement_min = 0.004;  // which takes more tension than
+  config.actuators[0].effort_max = 0.3;
+  VirtualRig rig(config, {});
+  REQUIRE(rig.run_until(Phase::kRunning, 3));
+  rig.run_for(1);
+  int told = 0;
+  for (const rt::TraceRecord& record : rig.trace()) {
+    if (record.phase != Phase::kRunning || !record.qp_solved) continue;
+    CHECK(record.lambda[0] <= 0.3 + kEffortRounding_N);
+    told += record.faults.has(Fault::kQpSoftened);
+  }
+  CHECK(told > 0.5 * config.control.rate_hz);
+  CHECK(rig.trace().back().command[0] < 0.004);
+  CHECK(rig.phase() == Phase::kRunning);
+}
+
+TEST_CASE("A QP stopped at its cap brings the robot to a halt, and it goes on once one is solved",
+          "[scenario]") {
+  Config config = testing::finger();
+  config.control.iteration_cap = 16;  // the least that is accepted; the first solve takes one more
+  VirtualRig rig(config, {});
+  REQUIRE(rig.run_until(Phase::kRunning, 3));
+  rig.run_for(6);
+  int capped = 0, resumed = 0;
+  const auto& trace = rig.trace();
+  for (size_t k = 1; k < trace.size(); ++k) {
+    const bool now = trace[k].faults.has(Fault::kQpCapped);
+    capped += now;
+    resumed += !now && trace[k - 1].faults.has(Fault::kQpCapped);
+    if (now) CHECK(trace[k].lambda == trace[k - 1].lambda);  // never an iterate that is no solution
+  }
+  CAPTURE(capped, resumed);
+  CHECK(capped > 0);
+  CHECK(resumed > 0);
+  CHECK(testing::within_limits(config, trace));
+}
+
+TEST_CASE("A model of what is no number halts the robot until it is one again", "[scenario]") {
+  Running run;
+  run.rig.spoil_snapshots(true);
+  run.rig.run_for(0.3);
+  REQUIRE(run.last().faults.has(Fault::kQpIllPosed));
+  const double held = run.last().command[0];
+  run.rig.run_for(0.2);
+  CHECK(run.last().command[0] == held);
+  CHECK(run.last().phase == Phase::kRunning);
+  run.rig.spoil_snapshots(false);
+  run.rig.run_for(0.3);
+  CHECK(run.last().faults.bits() == 0);
+  run.check_limits();
+}
+
+TEST_CASE("Late cycles in a row stop the robot, one fewer does not", "[scenario]") {
+  Running run;
+  const int limit = run.config.control.late_cycles_limit;
+  run.rig.overrun_control(limit);
+  run.rig.run_for(0.3);
+  CHECK(run.rig.phase() == Phase::kRunning);
+  run.rig.overrun_control(limit + 1);
+  REQUIRE(run.rig.run_until(Phase::kStopped, kStoppedWithin_s));
+  CHECK(run.rig.controller().stop_reason() == Fault::kLateCycles);
+  run.check_limits();
 }
 
 TEST_CASE("A controller that dies leaves drives that stop by themselves", "[scenario]") {
