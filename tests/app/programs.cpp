@@ -9,11 +9,13 @@ namespace {
 const std::filesystem::path kConfig = std::filesystem::path(TENDRIL_SOURCE_DIR) / "config";
 
 std::string patient_finger(Changes changes) {
-  changes.insert(changes.end(), {{"rate: 600 Hz", "rate: 200 Hz"},
-                                 {"late_cycles_limit: 20", "late_cycles_limit: 100000"},
-                                 {"snapshot_age_limit: 500 ms", "snapshot_age_limit: 30 s"},
-                                 {"target_age_limit: 500 ms", "target_age_limit: 30 s"},
-                                 {"heartbeat_timeout: 150 ms", "heartbeat_timeout: 1 s"}});
+  changes.insert(
+      changes.end(),
+      {{"rate: 600 Hz", "rate: 200 Hz\n  iteration_cap: 32"},  // else too low a one on a slow machine
+       {"late_cycles_limit: 20", "late_cycles_limit: 100000"},
+       {"snapshot_age_limit: 500 ms", "snapshot_age_limit: 30 s"},
+       {"target_age_limit: 500 ms", "target_age_limit: 30 s"},
+       {"heartbeat_timeout: 150 ms", "heartbeat_timeout: 5 s\n  feedback_timeout: 5 s"}});
   return finger(changes);
 }
 
