@@ -13,6 +13,9 @@ namespace {
 
 using hal::testing::OwnInterface;
 
+// An emulated machine takes minutes to draw a report.
+constexpr double kDrawn_s = 600;
+
 bool skipped() { return hal::testing::skipped_without_vcan0() || hal::testing::skipped_without_root(); }
 
 /// A program that talks to others on the bus, all the time and more than a bus of 1 Mbit/s can carry, which
@@ -39,6 +42,12 @@ class Flood {
   std::thread thread_{[this] { talk(); }};
 };
 
+void require_running(Process& daemon, Workbench& bench) {
+  const bool running = daemon.says("phase: run");
+  INFO(daemon.err() << bench.plant().err());
+  REQUIRE(running);
+}
+
 TEST_CASE(
     "An interface that goes down stops the robot with the reason, and serves the next run once it is up",
     "[vcan]") {
@@ -46,7 +55,7 @@ TEST_CASE(
   const OwnInterface interface;
   Workbench bench({}, interface.kName);
   Process daemon(bench.daemon());
-  REQUIRE(daemon.says("phase: run"));
+  require_running(daemon, bench);
   REQUIRE(interface.set("down") == 0);
   CHECK(daemon.wait() == 1);
   INFO(daemon.err());
@@ -65,7 +74,7 @@ TEST_CASE("A controller that reports bus-off or error-passive stops the robot wi
   const OwnInterface interface;
   Workbench bench({}, interface.kName);
   Process daemon(bench.daemon());
-  REQUIRE(daemon.says("phase: run"));
+  require_running(daemon, bench);
   hal::testing::put_error(interface.kName, error_class, state);
   CHECK(daemon.wait() == 1);
   INFO(daemon.err());
@@ -81,7 +90,7 @@ TEST_CASE("What others tell each other, however much, costs the controller no fr
     const Flood flood(interface.kName);
     CHECK(daemon.says("drives disabled"));
   }
-  CHECK(daemon.wait() == 0);
+  CHECK(daemon.wait(kDrawn_s) == 0);
   INFO(daemon.err() << bench.plant().err());
   const nlohmann::json summary = read_summary(bench.report());
   CHECK(summary["faults"].empty());
