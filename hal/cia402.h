@@ -33,9 +33,12 @@ uint16_t encode_statusword(DriveState state) noexcept;
 // Bits of the statusword that do not tell the state.
 inline constexpr uint16_t kVoltageEnabled = 1u << 4;
 inline constexpr uint16_t kRemote = 1u << 9;
+inline constexpr uint16_t kTargetReached = 1u << 10;
 inline constexpr uint16_t kInternalLimit = 1u << 11;
 inline constexpr uint16_t kFollowsCommand = 1u << 12;  // cyclic synchronous modes
 inline constexpr uint16_t kFollowingError = 1u << 13;  // position modes
+inline constexpr uint16_t kHomingAttained = 1u << 12;  // homing mode
+inline constexpr uint16_t kHomingError = 1u << 13;     // homing mode
 
 // Controlwords (object 6040).
 inline constexpr uint16_t kDisableVoltage = 0x00;
@@ -43,10 +46,15 @@ inline constexpr uint16_t kQuickStopWord = 0x02;
 inline constexpr uint16_t kShutdown = 0x06;
 inline constexpr uint16_t kSwitchOn = 0x07;  // from "operation enabled": disable operation
 inline constexpr uint16_t kEnableOperation = 0x0F;
-inline constexpr uint16_t kFaultReset = 0x80;  // acts on its rising edge
+inline constexpr uint16_t kFaultReset = 0x80;   // acts on its rising edge
+inline constexpr uint16_t kStartHoming = 0x10;  // homing mode; its rising edge starts, its end interrupts
 
-/// Cyclic synchronous position, the value of objects 6060 and 6061.
+// Modes of operation, the values of objects 6060 and 6061.
+inline constexpr int8_t kModeHoming = 6;
 inline constexpr int8_t kModeCyclicPosition = 8;
+
+/// Homing methods that take the present position for the reference, without any motion (object 6098).
+constexpr bool homes_in_place(int method) noexcept { return method == 35 || method == 37; }
 
 /// Where a controlword takes a drive, one transition at a time.
 /// @param previous  the controlword before, for the rising edge of the fault reset

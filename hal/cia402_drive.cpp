@@ -18,6 +18,9 @@ constexpr int64_t kMillisecond_ns = 1'000'000;
 constexpr uint16_t kMasterLost = 0x8130, kPdoTooShort = 0x8210, kCommunication = 0x8100, kStrayed = 0x8611;
 constexpr int kSynchronousTypes = 240;  // transmission types up to this wait for SYNC
 
+// Homing methods, object 6098.
+constexpr int kToNegativeSwitch = 17, kToPositiveSwitch = 18;
+
 constexpr int mapped_bytes(uint32_t mapping) noexcept { return static_cast<int>(mapping & 0xFF) / 8; }
 
 constexpr uint32_t code(SdoAbort abort) noexcept { return static_cast<uint32_t>(abort); }
@@ -31,14 +34,24 @@ constexpr uint8_t error_register(uint16_t emergency) noexcept {
                                                            (group == 3 ? 0x04 : 0) | (group == 4 ? 0x08 : 0));
 }
 
+/// Whether a mode or homing method is one that this drive has; values of other entries all are.
+bool is_spoken(Slot slot, int8_t value) noexcept {
+  if (slot == DriveObjects::kMode) return value == 0 || value == kModeHoming || value == kModeCyclicPosition;
+  if (slot != DriveObjects::kHomingMethod) return true;
+  return value == 0 || value == kToNegativeSwitch || value == kToPositiveSwitch || homes_in_place(value);
+}
+
 }  // namespace
 
 Cia402Drive::Cia402Drive(const DriveSpec& spec) noexcept
     : node_(spec.node),
       top_speed_(spec.top_speed),
       objects_(spec.node, spec.pdo),
-      position_(spec.position_counts),
-      goal_(spec.position_counts) {}
+      zero_(spec.incremental ? spec.position_counts : 0),
+      position_(spec.position_counts - zero_),
+      goal_(position_),
+      referenced_(!spec.incremental),
+      referenced_mask_(static_cast<uint16_t>(spec.referenced_bit < 0 ? 0 : 1u << spec.referenced_bit)) {}
 
 void Cia402Drive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept {
   advance(now_ns, out);
@@ -63,6 +76,7 @@ void Cia402Drive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) n
 void Cia402Drive::advance(int64_t now_ns, FrameBatch& out) noexcept {
   if (!started_) now_ns_ = now_ns;
   started_ = true;
+  home(now_ns);
   move(now_ns);
   if (nmt_ == NmtState::kBootUp) {
     out.push(encode_heartbeat(node_, NmtState::kBootUp));
@@ -133,9 +147,7 @@ void Cia402Drive::serve_sdo(const SdoRequest& request, FrameBatch& out) noexcept
 SdoAnswer Cia402Drive::write(const SdoRequest& request, FrameBatch& out) noexcept {
   auto [slot, abort] = objects_.check_write(request);
   if (abort == 0) abort = refuse_pdo_setting(slot, request.value);
-  if (abort == 0 && slot == DriveObjects::kMode &&
-      static_cast<int8_t>(request.value) != kModeCyclicPosition && static_cast<int8_t>(request.value) != 0)
-    abort = code(SdoAbort::kBadValue);
+  if (abort == 0 && !is_spoken(slot, static_cast<int8_t>(request.value))) abort = code(SdoAbort::kBadValue);
   if (abort != 0) return {SdoAnswer::Kind::kAbort, request.object, 0, abort};
   objects_.set(slot, request.value);
   if (slot == DriveObjects::kMode) objects_.set(DriveObjects::kModeDisplay, request.value);
@@ -244,6 +256,7 @@ void Cia402Drive::send_tpdo(FrameBatch& out) noexcept {
 
 void Cia402Drive::apply_controlword(uint16_t word, FrameBatch& out) noexcept {
   const DriveState before = state_;
+  const bool start_edge = (word & kStartHoming) && !(controlword_ & kStartHoming);
   state_ = transition(state_, word, controlword_);
   controlword_ = word;
   objects_.set(DriveObjects::kControlword, word);
@@ -251,6 +264,8 @@ void Cia402Drive::apply_controlword(uint16_t word, FrameBatch& out) noexcept {
     goal_ = position_;
     speed_ = 0;
   }
+  if (start_edge && homes()) start_homing();
+  if (!(word & kStartHoming) && homing_ != Homing::kAttained) homing_ = Homing::kNone;  // interrupted
   if (before == DriveState::kFault && state_ != DriveState::kFault) {
     objects_.set(DriveObjects::kErrorRegister, 0);
     out.push(encode_emergency(node_, {}));
@@ -280,6 +295,47 @@ void Cia402Drive::move(int64_t now_ns) noexcept {
   if (!interpolates() || jammed_ || dt <= 0) return;
   const double way = goal_ - position_;
   position_ = std::abs(way) <= speed_ * dt ? goal_ : position_ + std::copysign(speed_ * dt, way);
+}
+
+/// Homing without a method is an error [CiA 402-2, object 6098 = 0].
+void Cia402Drive::start_homing() noexcept {
+  const int method = objects_.signed_value(DriveObjects::kHomingMethod);
+  homing_speed_ = 0;
+  homing_ = method == 0 ? Homing::kError : Homing::kSearching;
+  if (homes_in_place(method)) take_reference(position());
+}
+
+/// Lets time pass in homing mode: towards the switch and past the place where it closes, then slowly back to
+/// there. Must come before `move`, which sets the clock.
+void Cia402Drive::home(int64_t now_ns) noexcept {
+  if (!searches() || jammed_) return;
+  const double dt = static_cast<double>(now_ns - now_ns_) * 1e-9;
+  const double outwards = objects_.signed_value(DriveObjects::kHomingMethod) == kToNegativeSwitch ? -1 : 1;
+  const double top =
+      objects_[homing_ == Homing::kSearching ? DriveObjects::kSearchSpeed : DriveObjects::kZeroSpeed];
+  homing_speed_ =
+      std::min({homing_speed_ + objects_[DriveObjects::kHomingAcceleration] * dt, top, top_speed_});
+  const double to_edge = -outwards * position();  // > 0: the switch is open
+  if (homing_ == Homing::kSearching && to_edge > 0) {
+    position_ += outwards * homing_speed_ * dt;
+  } else if (homing_ == Homing::kSearching) {
+    homing_ = Homing::kLeavingSwitch;
+    homing_speed_ = 0;
+  } else if (-to_edge > homing_speed_ * dt) {
+    position_ -= outwards * homing_speed_ * dt;
+  } else {
+    position_ += outwards * to_edge;
+    take_reference(0);
+  }
+}
+
+/// @param zero  where the encoder shall read 0, counts from DriveSpec's zero
+void Cia402Drive::take_reference(double zero) noexcept {
+  position_ = position() - zero;
+  zero_ = zero;
+  goal_ = position_;
+  homing_ = Homing::kAttained;
+  referenced_ = true;
 }
 
 void Cia402Drive::fail(uint16_t emergency, FrameBatch& out) noexcept {
@@ -318,11 +374,23 @@ bool Cia402Drive::interpolates() const noexcept {
          objects_.signed_value(DriveObjects::kModeDisplay) == kModeCyclicPosition;
 }
 
+bool Cia402Drive::homes() const noexcept {
+  return state_ == DriveState::kEnabled && objects_.signed_value(DriveObjects::kModeDisplay) == kModeHoming;
+}
+
+bool Cia402Drive::searches() const noexcept {
+  return homes() && (homing_ == Homing::kSearching || homing_ == Homing::kLeavingSwitch);
+}
+
 uint16_t Cia402Drive::statusword() const noexcept {
   uint16_t word = encode_statusword(state_) | kVoltageEnabled | kRemote;
   if (interpolates()) word |= kFollowsCommand;
   if (interpolates() && limited_) word |= kInternalLimit;
   if (strayed_) word |= kFollowingError;
+  if (homes() && !searches()) word |= kTargetReached;
+  if (homes() && homing_ == Homing::kAttained) word |= kHomingAttained;
+  if (homes() && homing_ == Homing::kError) word |= kHomingError;
+  if (referenced_) word |= referenced_mask_;
   return word;
 }
 

@@ -14,10 +14,16 @@ struct DriveSpec {
   int node = 1;                // 1..127
   int pdo = 1;                 // 1..4: which pair of PDOs it has
   double top_speed = 1e6;      // counts/s, > 0
-  double position_counts = 0;  // where it stands at power-on
+  double position_counts = 0;  // where it stands at power-on, from the place that homing makes the zero
+  bool incremental = false;    // its encoder counts from power-on until it has been homed
+  int referenced_bit = -1;  // of the statusword, 0..15, that tells whether it has a reference; -1: none does
 };
 
-/// One simulated servo drive: a CANopen slave with the CiA 402 profile in cyclic synchronous position mode.
+/// One simulated servo drive: a CANopen slave with the CiA 402 profile, in cyclic synchronous position mode
+/// and in homing mode.
+///
+/// Homing methods: 17 and 18, the limit switch at the negative and at the positive end, and 35 and 37, the
+/// present position. Whichever the switch, it closes beyond DriveSpec's zero, and is found again from there.
 ///
 /// It does what the master set up over SDO and nothing by assumption: PDO mapping, heartbeats both ways,
 /// interpolation period, following-error window, soft limits. The winch behind it is self-locking: without
@@ -37,8 +43,9 @@ class Cia402Drive {
   /// Real-time: yes (bounded, no allocation).
   void advance(int64_t now_ns, FrameBatch& out) noexcept;
 
-  /// Position of the winch, counts, with its fraction. Real-time: yes.
-  double position() const noexcept { return position_; }
+  /// Position of the winch, counts from DriveSpec's zero, with its fraction, whatever its encoder says.
+  /// Real-time: yes.
+  double position() const noexcept { return zero_ + position_; }
 
   /// State of the power drive system. Real-time: yes.
   DriveState state() const noexcept { return state_; }
@@ -72,9 +79,14 @@ class Cia402Drive {
   void apply_controlword(uint16_t word, FrameBatch& out) noexcept;
   void latch_target() noexcept;
   void move(int64_t now_ns) noexcept;
+  void start_homing() noexcept;
+  void home(int64_t now_ns) noexcept;
+  void take_reference(double zero) noexcept;
   void fail(uint16_t code, FrameBatch& out) noexcept;
   void watch_master(int64_t now_ns, FrameBatch& out) noexcept;
   bool interpolates() const noexcept;
+  bool homes() const noexcept;
+  bool searches() const noexcept;
   uint16_t statusword() const noexcept;
   int32_t actual_counts() const noexcept;
 
@@ -86,12 +98,19 @@ class Cia402Drive {
   int64_t now_ns_ = 0;
   bool started_ = false;  // now_ns_ has been set
 
-  double position_;       // counts
+  enum class Homing : uint8_t { kNone, kSearching, kLeavingSwitch, kAttained, kError };
+
+  double zero_;           // where its encoder reads 0, counts from DriveSpec's zero
+  double position_;       // what its encoder reads, counts
   double goal_;           // counts: target of the last SYNC within the soft limits
   double speed_ = 0;      // counts/s towards goal_
   bool limited_ = false;  // the target was beyond a soft limit
   bool strayed_ = false;  // the following-error window was left
   bool jammed_ = false;
+  Homing homing_ = Homing::kNone;
+  double homing_speed_ = 0;  // counts/s
+  bool referenced_;
+  uint16_t referenced_mask_;
 
   Frame pending_rpdo_;  // waits for SYNC
   bool has_pending_rpdo_ = false;

@@ -46,6 +46,11 @@ class DriveObjects {
     kLimitCount,
     kLimitMin,  // 607D, counts; not watched unless min < max
     kLimitMax,
+    kHomingMethod,
+    kHomingSpeedCount,
+    kSearchSpeed,  // counts/s
+    kZeroSpeed,
+    kHomingAcceleration,  // counts/s²
     kPeriodCount,
     kPeriodValue,
     kPeriodExponent,

@@ -300,6 +300,65 @@ TEST_CASE("A drive that is following must not be taken out of operation unnotice
   }
 }
 
+TEST_CASE("A drive has four homing methods and refuses others", "[unit]") {
+  Bench bench;
+  bench.advance(0);
+  for (const char* method : {"11", "12", "23", "25"})
+    CHECK(bench.sdo("2F986000" + std::string(method) + "000000") == "6098600000000000");
+  for (const char* method : {"01", "13", "21", "FF"})
+    CHECK(bench.sdo("2F986000" + std::string(method) + "000000") == "8098600030000906");  // value not allowed
+}
+
+TEST_CASE("Homing goes on while bit 4 is set, tells how far it is, and leaves other modes alone", "[unit]") {
+  Bench bench({.node = 2, .position_counts = 500, .incremental = true});
+  bench.set_up();
+  CHECK(bench.sdo("4064600000000000") == "4364600000000000");  // counts from power-on
+  bench.sdo("2F98600011000000");
+  const auto status = [&](uint16_t word) {
+    return decode_drive_feedback(0x182, *parse_frame(bench.cycle(word, 0).back()))->statusword;
+  };
+  bench.sdo("2F60600006000000");
+  for (const uint16_t word : std::initializer_list<uint16_t>{0x06, 0x07, 0x0F, 0x0F}) bench.cycle(word, 0);
+  CHECK((status(0x0F) & 0x3400) == kTargetReached);  // not started
+  CHECK(bench.drive.position() == 500);
+  CHECK((status(0x1F) & 0x3400) == 0);  // in progress
+  for (int k = 0; k < 5; ++k) bench.cycle(0x1F, 0);
+  const double interrupted = bench.drive.position();
+  CHECK(interrupted < 500);
+  CHECK((status(0x0F) & 0x3400) == kTargetReached);
+  bench.cycle(0x0F, 0);
+  CHECK(bench.drive.position() == interrupted);
+  for (int k = 0; k < 100; ++k) bench.cycle(0x1F, 0);
+  CHECK((status(0x1F) & 0x3400) == (kTargetReached | kHomingAttained));
+  CHECK(bench.drive.position() == Approx(0).margin(1e-9));
+  CHECK(bench.sdo("4064600000000000") == "4364600000000000");
+  bench.sdo("2F60600008000000");
+  CHECK((status(0x0F) & 0x3400) == kFollowsCommand);
+}
+
+TEST_CASE("Homing keeps to its speeds and acceleration, however long the steps of time", "[unit]") {
+  Bench bench({.node = 2, .position_counts = 20'000, .incremental = true});
+  bench.set_up();
+  bench.sdo("2F98600011000000");
+  bench.sdo("2399600110270000");  // 10 000 counts/s
+  bench.sdo("239A6000A0860100");  // 100 000 counts/s²
+  bench.sdo("2F60600006000000");
+  for (const uint16_t word : std::initializer_list<uint16_t>{0x06, 0x07, 0x0F, 0x0F, 0x1F})
+    bench.cycle(word, 0);
+  double last = bench.drive.position(), speed = 0, fastest = 0;
+  for (int k = 0; k < 800; ++k) {
+    bench.advance(5 * kMillisecond_ns);
+    const double v = (last - bench.drive.position()) / 5e-3;
+    if (k > 0 && v > 0) CHECK(v - speed <= 100'000 * 5e-3 * 1.01);
+    CHECK(v >= -2'000 * 1.0001);  // back from the switch at 6099:2
+    fastest = std::max(fastest, v);
+    speed = v;
+    last = bench.drive.position();
+  }
+  CHECK(fastest == Approx(10'000));
+  CHECK(last == Approx(0).margin(1e-9));
+}
+
 TEST_CASE("An RPDO that is too short is reported and not applied", "[unit]") {
   Bench bench;
   bench.set_up();
