@@ -14,6 +14,9 @@ constexpr int64_t kNmtRepeat_ns = 100'000'000;
 // How long the fault-reset bit keeps each level: drives sample it in a slow loop.
 constexpr int64_t kResetHold_ns = 10'000'000;
 
+// What the statusword says of homing may be of an earlier procedure until the drive has seen the order.
+constexpr int64_t kHomingSettle_ns = 100'000'000;
+
 bool at_rest(DriveState state) noexcept {
   return state == DriveState::kSwitchOnDisabled || state == DriveState::kFault;
 }
@@ -31,7 +34,13 @@ Cia402Axis::Cia402Axis(const AxisConfig& axis, const MasterConfig& config)
       tpdo_id_(tpdo_cob_id(axis)),
       scale_(axis.scale),
       setup_steps_(setup_steps(axis, config)),
+      homing_steps_(homing_steps(axis)),
+      following_steps_(following_steps()),
       release_steps_(release_steps()),
+      reference_(axis.canopen.reference),
+      referenced_mask_(
+          static_cast<uint16_t>(axis.canopen.referenced_bit < 0 ? 0 : 1u << axis.canopen.referenced_bit)),
+      homing_timeout_ns_(axis.canopen.homing.timeout_ns),
       sdo_(axis.node, config.canopen.sdo_timeout_ns, config.canopen.sdo_attempts) {}
 
 void Cia402Axis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
@@ -79,14 +88,38 @@ void Cia402Axis::on_feedback(const DriveFeedback& feedback, int64_t arrival_ns) 
   state_ = decode_statusword(feedback.statusword);
   position_ = feedback.position;
   position_stamp_ns_ = arrival_ns;
+  watch_reference();
   if (!in_fault(state_)) clearing_fault_ = false;
   if (phase_ == Phase::kOff || clearing_fault_) return;
   if (in_fault(state_))
     fail(FaultKind::kDriveFault, emergency_);
   else if (phase_ == Phase::kOn && state_ != DriveState::kEnabled)
     fail(FaultKind::kDriveDisabled, statusword_);
-  else if (state_ == DriveState::kEnabled)
+  else if (phase_ == Phase::kEnabling && state_ == DriveState::kEnabled)
     phase_ = Phase::kOn;
+  if (homing_since_ns_ != 0) judge_homing(arrival_ns);
+}
+
+/// A reference is there from the start, comes by homing, or is told by a bit of the statusword, which must
+/// then stay set.
+void Cia402Axis::watch_reference() noexcept {
+  const bool absolute = reference_ == Reference::kAbsolute;
+  if (referenced_mask_ == 0) {
+    referenced_ = referenced_ || absolute;
+  } else if (task_ != Task::kHome) {  // while that runs the bit may be either
+    const bool told = (statusword_ & referenced_mask_) != 0;
+    if (!told && (referenced_ || absolute)) fail(FaultKind::kNotReferenced, statusword_);
+    referenced_ = told;
+  }
+}
+
+void Cia402Axis::judge_homing(int64_t arrival_ns) noexcept {
+  if (arrival_ns - homing_since_ns_ < kHomingSettle_ns) return;
+  constexpr uint16_t kThere = kHomingAttained | kTargetReached;
+  if (statusword_ & kHomingError)
+    fail(FaultKind::kHomingFailed, statusword_);
+  else if ((statusword_ & kThere) == kThere)
+    referenced_ = referenced_mask_ == 0 || (statusword_ & referenced_mask_);
 }
 
 void Cia402Axis::supervise(int64_t now_ns, int64_t synced_ns) noexcept {
@@ -99,12 +132,15 @@ void Cia402Axis::supervise(int64_t now_ns, int64_t synced_ns) noexcept {
   }
   if (synced_ns - std::max(stage_since_ns_, position_stamp_ns_) > config_.feedback_timeout_ns)
     return fail(FaultKind::kFeedbackLost, 0);
-  if (phase_ == Phase::kEnabling && now_ns - enabling_since_ns_ > config_.enable_timeout_ns) {
+  const bool enabling = phase_ == Phase::kPreparing || phase_ == Phase::kEnabling;
+  if (enabling && now_ns - enabling_since_ns_ > config_.enable_timeout_ns) {
     if (in_fault(state_))
       fail(FaultKind::kDriveFault, emergency_);
     else
       fail(FaultKind::kEnableTimeout, statusword_);
   }
+  if (homing_since_ns_ != 0 && !referenced_ && now_ns - homing_since_ns_ > homing_timeout_ns_)
+    fail(statusword_ & kHomingAttained ? FaultKind::kNotReferenced : FaultKind::kHomingTimeout, statusword_);
 }
 
 void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
@@ -131,6 +167,18 @@ void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
           break;
       }
       break;
+    case Stage::kRunning:
+      if (phase_ == Phase::kPreparing) switch (sdo_.advance(now_ns, out)) {
+          case SdoSequence::Status::kRunning:
+            break;
+          case SdoSequence::Status::kDone:
+            phase_ = Phase::kEnabling;
+            break;
+          case SdoSequence::Status::kFailed:
+            fail(FaultKind::kConfiguration, sdo_.failure());
+            break;
+        }
+      break;
     case Stage::kReleasing:
       if (sdo_.advance(now_ns, out) != SdoSequence::Status::kRunning) stage_ = Stage::kFinished;
       break;
@@ -143,27 +191,38 @@ void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
   }
 }
 
-void Cia402Axis::drive(bool enable, bool may_begin, bool all_enabled, double displacement, int64_t now_ns,
+void Cia402Axis::drive(Task task, bool may_begin, bool all_enabled, double displacement, int64_t now_ns,
                        FrameBatch& out) noexcept {
   if (stage_ != Stage::kRunning || position_stamp_ns_ == 0) return;
   const bool sound = fault_.kind == FaultKind::kNone;
-  if (!enable || !sound) phase_ = Phase::kOff;
-  if (enable && sound && phase_ == Phase::kOff && may_begin && at_rest(state_)) {
-    phase_ = Phase::kEnabling;
-    enabling_since_ns_ = now_ns;
-    clearing_fault_ = state_ == DriveState::kFault;
+  if (!sound) task = Task::kRest;
+  if (task != task_) {
+    task_ = task;
+    phase_ = Phase::kOff;
+    homing_since_ns_ = 0;
   }
+  if (task_ != Task::kRest && phase_ == Phase::kOff && may_begin && at_rest(state_)) begin(now_ns);
   if (phase_ == Phase::kEnabling)
     controlword_ = enabling_word(now_ns);
   else if (phase_ == Phase::kOn)
-    controlword_ = kEnableOperation;
+    controlword_ = task_ == Task::kHome ? kEnableOperation | kStartHoming : kEnableOperation;
   else
     controlword_ = sound ? next_controlword(state_, DriveState::kSwitchOnDisabled) : kDisableVoltage;
+  if ((controlword_ & kStartHoming) && homing_since_ns_ == 0) homing_since_ns_ = now_ns;
 
-  following_ = phase_ == Phase::kOn && (following_ || all_enabled);
+  following_ = enabled() && (following_ || all_enabled);
   if (following_ && std::isfinite(displacement)) target_ = scale_.to_counts(displacement);
   if (state_ != DriveState::kEnabled) target_ = position_;  // 607A := 6064, so that enabling is no jump
   out.push(encode_drive_command(rpdo_id_, {controlword_, target_}));
+}
+
+/// The mode is chosen while the drive has no power: where homing has moved the zero, 607A follows 6064 until
+/// the drive is enabled again.
+void Cia402Axis::begin(int64_t now_ns) noexcept {
+  phase_ = Phase::kPreparing;
+  enabling_since_ns_ = now_ns;
+  clearing_fault_ = state_ == DriveState::kFault;
+  sdo_.start(task_ == Task::kHome ? homing_steps_ : following_steps_);
 }
 
 /// The next step to "operation enabled"; out of a fault by a slow square wave on the reset bit.
@@ -176,8 +235,10 @@ uint16_t Cia402Axis::enabling_word(int64_t now_ns) noexcept {
 
 void Cia402Axis::restart() noexcept {
   stage_ = Stage::kReset;
+  task_ = Task::kRest;
   phase_ = Phase::kOff;
-  following_ = false;
+  following_ = referenced_ = false;
+  homing_since_ns_ = 0;
   state_ = DriveState::kUnknown;
   position_stamp_ns_ = 0;
   emergency_ = 0;
@@ -202,10 +263,15 @@ void Cia402Axis::release(FrameBatch& out) noexcept {
 }
 
 bool Cia402Axis::setting_up() const noexcept {
-  return stage_ == Stage::kReset || stage_ == Stage::kConfiguring || stage_ == Stage::kReleasing;
+  return stage_ == Stage::kReset || stage_ == Stage::kConfiguring || stage_ == Stage::kReleasing ||
+         phase_ == Phase::kPreparing;
 }
 
-bool Cia402Axis::known(int64_t synced_ns) const noexcept {
+bool Cia402Axis::needs_homing() const noexcept {
+  return stage_ == Stage::kRunning && reference_ == Reference::kHoming && !referenced_;
+}
+
+bool Cia402Axis::connected(int64_t synced_ns) const noexcept {
   return stage_ == Stage::kRunning && position_stamp_ns_ != 0 &&
          synced_ns - position_stamp_ns_ <= config_.feedback_timeout_ns;
 }
@@ -231,6 +297,7 @@ void Cia402Axis::fail(FaultKind kind, uint32_t code) noexcept {
   if (fault_.kind != FaultKind::kNone) return;
   fault_ = {.kind = kind, .code = code};
   phase_ = Phase::kOff;
+  homing_since_ns_ = 0;
   if (kind == FaultKind::kConfiguration) {
     const ObjectAddress object = sdo_.object();
     fault_.object = static_cast<uint32_t>(object.index) << 8 | object.sub;

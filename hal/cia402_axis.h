@@ -14,10 +14,17 @@ namespace tendril::hal {
 /// The master's view of one drive: its start-up, its power states and its supervision. Part of Cia402Master.
 ///
 /// Stages: reset communication, wait for boot-up, configure over SDO, start, run; at the end release. Within
-/// the running stage a phase says what we want of the power stage and how far the drive has followed.
-/// Real-time: every function but the constructor (bounded, no allocation).
+/// the running stage a task says what the drive shall have its power for, and a phase how far it has
+/// followed. Real-time: every function but the constructor (bounded, no allocation).
 class Cia402Axis {
  public:
+  /// What a drive has its power for.
+  enum class Task : uint8_t {
+    kRest,   // none: it is disabled
+    kHome,   // its own homing procedure
+    kFollow  // our targets
+  };
+
   /// @param config  outlives the axis
   /// Real-time: no (allocates).
   Cia402Axis(const AxisConfig& axis, const MasterConfig& config);
@@ -29,15 +36,15 @@ class Cia402Axis {
   /// @param synced_ns  when the drive was last asked for its position: a pause of ours is no fault of its own
   void supervise(int64_t now_ns, int64_t synced_ns) noexcept;
 
-  /// Appends the frames of start-up or release: at most one of SDO and one of NMT.
+  /// Appends the frames of start-up, of what precedes power, or of release: at most one of SDO and one of
+  /// NMT.
   void set_up(int64_t now_ns, FrameBatch& out) noexcept;
 
   /// Appends the RPDO of this cycle, if the drive runs.
-  /// @param enable       whether it shall be in "operation enabled"
   /// @param may_begin    whether a drive at rest may begin to be enabled now
   /// @param all_enabled  whether every drive is, so that targets are followed
   /// @param displacement  target, m or m³
-  void drive(bool enable, bool may_begin, bool all_enabled, double displacement, int64_t now_ns,
+  void drive(Task task, bool may_begin, bool all_enabled, double displacement, int64_t now_ns,
              FrameBatch& out) noexcept;
 
   /// Starts afresh from the communication reset, whatever the axis did.
@@ -55,11 +62,17 @@ class Cia402Axis {
   /// Whether `release` is through, or was not needed.
   bool finished() const noexcept { return stage_ == Stage::kFinished; }
 
-  /// Whether the position was, when last asked for, younger than the feedback timeout.
-  bool known(int64_t synced_ns) const noexcept;
+  /// Whether the drive runs, and its position was, when last asked for, younger than the feedback timeout.
+  bool connected(int64_t synced_ns) const noexcept;
 
-  /// Whether the drive was brought to "operation enabled" and is there.
-  bool enabled() const noexcept { return phase_ == Phase::kOn; }
+  /// Whether that position also counts from the reference.
+  bool known(int64_t synced_ns) const noexcept { return connected(synced_ns) && referenced_; }
+
+  /// Whether the drive runs, and its homing procedure is what it lacks to have a reference.
+  bool needs_homing() const noexcept;
+
+  /// Whether the drive was brought to "operation enabled" to follow targets and is there.
+  bool enabled() const noexcept { return phase_ == Phase::kOn && task_ == Task::kFollow; }
 
   /// Whether nothing is known that says the drive holds torque.
   bool disabled() const noexcept;
@@ -84,12 +97,15 @@ class Cia402Axis {
     kFinished,
     kFailed
   };
-  enum class Phase : uint8_t { kOff, kEnabling, kOn };
+  enum class Phase : uint8_t { kOff, kPreparing, kEnabling, kOn };  // kPreparing: over SDO, without power
 
   void on_heartbeat(NmtState state, int64_t arrival_ns) noexcept;
   void on_emergency(const Emergency& emergency) noexcept;
   void on_feedback(const DriveFeedback& feedback, int64_t arrival_ns) noexcept;
+  void watch_reference() noexcept;
+  void judge_homing(int64_t arrival_ns) noexcept;
   void configure() noexcept;
+  void begin(int64_t now_ns) noexcept;
   uint16_t enabling_word(int64_t now_ns) noexcept;
   void fail(FaultKind kind, uint32_t code) noexcept;
 
@@ -97,7 +113,10 @@ class Cia402Axis {
   int node_;
   uint32_t rpdo_id_, tpdo_id_;
   AxisScale scale_;
-  std::vector<SdoStep> setup_steps_, release_steps_;
+  std::vector<SdoStep> setup_steps_, homing_steps_, following_steps_, release_steps_;
+  Reference reference_;
+  uint16_t referenced_mask_;  // of the statusword; 0: the drive has no such bit
+  int64_t homing_timeout_ns_;
   SdoSequence sdo_;
 
   Stage stage_ = Stage::kReset;
@@ -106,11 +125,15 @@ class Cia402Axis {
   NmtState nmt_ = NmtState::kBootUp;
   int64_t heartbeat_ns_ = 0;  // arrival of the last one
 
+  Task task_ = Task::kRest;
   Phase phase_ = Phase::kOff;
   int64_t enabling_since_ns_ = 0;
   bool clearing_fault_ = false;  // the drive was in fault when enabling began
   int64_t reset_edge_ns_ = 0;
   bool following_ = false;  // targets of the controller rather than the position at enabling
+
+  bool referenced_ = false;      // the position counts from the reference
+  int64_t homing_since_ns_ = 0;  // 0: the procedure has not been started
 
   DriveState state_ = DriveState::kUnknown;
   uint16_t statusword_ = 0, controlword_ = 0;

@@ -59,8 +59,11 @@ void Cia402Master::command(const Command& command, int64_t now_ns, FrameBatch& o
     for (Cia402Axis& axis : axes_) axis.release(out);
   set_up(now_ns, out);
   const bool may_begin = known.all_known && !supervisor_.faulted();
+  const int homing = command.finish ? -1 : axis_to_home();
+  const auto task = command.enable ? Cia402Axis::Task::kFollow : Cia402Axis::Task::kRest;
   for (int i = 0; i < known.axes; ++i)
-    axes_[i].drive(command.enable, may_begin, known.all_enabled, command.position[i], now_ns, out);
+    axes_[i].drive(i == homing ? Cia402Axis::Task::kHome : task, i == homing || may_begin, known.all_enabled,
+                   command.position[i], now_ns, out);
   if (std::any_of(axes_.begin(), axes_.end(), [](const Cia402Axis& axis) { return axis.synchronous(); })) {
     out.push(encode_sync());
     synced_ns_ = now_ns;
@@ -71,6 +74,16 @@ void Cia402Master::set_up(int64_t now_ns, FrameBatch& out) noexcept {
   int busy = 0;
   for (Cia402Axis& axis : axes_)
     if (!axis.setting_up() || ++busy <= kSetUpAtOnce) axis.set_up(now_ns, out);
+}
+
+/// @return the axis whose turn it is; -1: none, or not yet
+int Cia402Master::axis_to_home() const noexcept {
+  const bool all_there = std::all_of(axes_.begin(), axes_.end(),
+                                     [this](const Cia402Axis& axis) { return axis.connected(synced_ns_); });
+  if (!all_there || supervisor_.faulted()) return -1;
+  for (size_t i = 0; i < axes_.size(); ++i)
+    if (axes_[i].needs_homing()) return static_cast<int>(i);
+  return -1;
 }
 
 std::string Cia402Master::describe(const DriveFault& fault) const {
@@ -91,6 +104,13 @@ std::string Cia402Master::describe(const DriveFault& fault) const {
       return who + kind +
              format(", it is in '%s' (statusword %04X)",
                     to_text(decode_statusword(static_cast<uint16_t>(fault.code))), fault.code);
+    case FaultKind::kNotReferenced:
+      return who + kind +
+             format(": bit %d of its statusword is not set (statusword %04X)",
+                    config_.axes[fault.axis].canopen.referenced_bit, fault.code);
+    case FaultKind::kHomingFailed:
+    case FaultKind::kHomingTimeout:
+      return who + kind + format(" (statusword %04X)", fault.code);
     case FaultKind::kStartTimeout:
     case FaultKind::kDriveRestarted:
       return who + kind + format(" (NMT state %02X)", fault.code);

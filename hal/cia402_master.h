@@ -16,6 +16,10 @@ namespace tendril::hal {
 /// drives take their targets at the same instant and answer with their positions. Drives that were found in
 /// fault, as after the death of a former controller, are cleared when they are first enabled; later faults
 /// need Command::reset.
+///
+/// Axes that have to find their reference are homed once every drive is there, one after the other in their
+/// order: cables pull against each other, so that two which search at once could each take the other's pull
+/// for a stop. Any fault, and Command::finish, ends the search.
 class Cia402Master final : public DriveMaster {
  public:
   /// @throws std::invalid_argument where the configuration is not sound, see check_cia402
@@ -30,6 +34,7 @@ class Cia402Master final : public DriveMaster {
 
  private:
   void set_up(int64_t now_ns, FrameBatch& out) noexcept;
+  int axis_to_home() const noexcept;
 
   MasterConfig config_;
   std::vector<Cia402Axis> axes_;

@@ -17,6 +17,14 @@ void check_axis(const AxisConfig& axis, int master_node) {
   if (axis.node < 1 || axis.node > 127) refuse_drives(who + node + " is not within 1..127");
   if (axis.node == master_node) refuse_drives(who + node + " is the master's own");
   if (axis.canopen.pdo < 1 || axis.canopen.pdo > 4) refuse_drives(who + "the PDO number must be within 1..4");
+  const HomingConfig& homing = axis.canopen.homing;
+  if (axis.canopen.referenced_bit < -1 || axis.canopen.referenced_bit > 15)
+    refuse_drives(who + "a statusword has the bits 0..15");
+  // Each start would take for the zero wherever the axis stands by then.
+  if (axis.canopen.reference == Reference::kHoming && homing.method && homes_in_place(*homing.method) &&
+      axis.canopen.referenced_bit < 0)
+    refuse_drives(who + "homing in place needs the statusword bit that tells whether it has been done");
+  if (homing.timeout_ns <= 0) refuse_drives(who + "the time for homing must be positive");
   if (rpdo_cob_id(axis) > 0x7FF || tpdo_cob_id(axis) > 0x7FF) refuse_drives(who + "COB-IDs must fit 11 bits");
 }
 
@@ -37,6 +45,12 @@ void check_identifiers(const MasterConfig& config) {
 SdoStep write(int index, int sub, int size, uint32_t value) {
   return {{SdoRequest::Kind::kWrite, {static_cast<uint16_t>(index), static_cast<uint8_t>(sub)}, size, value},
           0};
+}
+
+/// Mode of operation, and the drive must say that it is in it.
+void append_mode(std::vector<SdoStep>& steps, int8_t mode) {
+  steps.push_back(write(0x6060, 0, 1, static_cast<uint8_t>(mode)));
+  steps.push_back({{SdoRequest::Kind::kRead, {0x6061, 0}, 0, 0}, static_cast<uint8_t>(mode)});
 }
 
 /// Off, map emptied, map filled, every SYNC, on.
@@ -78,10 +92,26 @@ std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& con
       write(0x1017, 0, 2, to_ms(config.heartbeat_ns))};
   append_pdo(steps, 0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), 0x6040'0010, 0x607A'0020);
   append_pdo(steps, 0x1800 + number, 0x1A00 + number, tpdo_cob_id(axis), 0x6041'0010, 0x6064'0020);
-  steps.push_back(write(0x6060, 0, 1, kModeCyclicPosition));
-  steps.push_back({{SdoRequest::Kind::kRead, {0x6061, 0}, 0, 0}, kModeCyclicPosition});
+  append_mode(steps, kModeCyclicPosition);
   steps.push_back(write(0x60C2, 1, 1, period.value));
   steps.push_back(write(0x60C2, 2, 1, static_cast<uint8_t>(period.exponent)));
+  return steps;
+}
+
+std::vector<SdoStep> homing_steps(const AxisConfig& axis) {
+  const HomingConfig& homing = axis.canopen.homing;
+  std::vector<SdoStep> steps;
+  if (homing.method) steps.push_back(write(0x6098, 0, 1, static_cast<uint8_t>(*homing.method)));
+  if (homing.speed_search) steps.push_back(write(0x6099, 1, 4, *homing.speed_search));
+  if (homing.speed_zero) steps.push_back(write(0x6099, 2, 4, *homing.speed_zero));
+  if (homing.acceleration) steps.push_back(write(0x609A, 0, 4, *homing.acceleration));
+  append_mode(steps, kModeHoming);
+  return steps;
+}
+
+std::vector<SdoStep> following_steps() {
+  std::vector<SdoStep> steps;
+  append_mode(steps, kModeCyclicPosition);
   return steps;
 }
 

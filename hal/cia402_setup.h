@@ -23,6 +23,13 @@ void check_cia402(const MasterConfig& config);
 /// objects 1016, 1017, 1400-1A00; CiA 402-2, objects 6060, 6061, 60C2]
 std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config);
 
+/// The entries that prepare a drive without power for its homing procedure: what is configured of it, homing
+/// mode. [CiA 402-2, objects 6098, 6099, 609A]
+std::vector<SdoStep> homing_steps(const AxisConfig& axis);
+
+/// The entries that prepare a drive without power for following targets: cyclic synchronous position mode.
+std::vector<SdoStep> following_steps();
+
 /// The entries that let a drive go: it watches the master no more.
 std::vector<SdoStep> release_steps();
 

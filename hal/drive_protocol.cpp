@@ -83,7 +83,12 @@ std::unique_ptr<SimulatedDrive> make_drive(const MasterConfig& config, int axis,
                    .watchdog_ns = config.heartbeat_timeout_ns},
         a.scale);
   return std::make_unique<Adapter<Cia402Drive>>(
-      DriveSpec{.node = a.node, .pdo = a.canopen.pdo, .top_speed = top_speed, .position_counts = position},
+      DriveSpec{.node = a.node,
+                .pdo = a.canopen.pdo,
+                .top_speed = top_speed,
+                .position_counts = position,
+                .incremental = a.canopen.reference == Reference::kHoming,
+                .referenced_bit = a.canopen.referenced_bit},
       a.scale);
 }
 

@@ -20,6 +20,12 @@ const char* describe(FaultKind kind) noexcept {
       return "drive restarted";
     case FaultKind::kPositionJumped:
       return "position jumped at enabling";
+    case FaultKind::kNotReferenced:
+      return "axis has no reference";
+    case FaultKind::kHomingFailed:
+      return "homing failed";
+    case FaultKind::kHomingTimeout:
+      return "homing did not end in time";
     case FaultKind::kHeartbeatLost:
       return "heartbeat lost";
     case FaultKind::kFeedbackLost:

@@ -24,6 +24,9 @@ enum class FaultKind : uint8_t {
   kDriveDisabled,   // a drive left "operation enabled" unasked [statusword; state and result]
   kDriveRestarted,  // a drive left NMT operational or rebooted [its NMT state; not used]
   kPositionJumped,  // a drive's position was another once it was enabled [not used; 0.001 rev, signed]
+  kNotReferenced,   // a drive does not know, or no longer knows, where it stands [statusword; not used]
+  kHomingFailed,    // a drive's homing procedure ended in an error [statusword; not used]
+  kHomingTimeout,   // it did not end in time [statusword; not used]
   kHeartbeatLost,   // a drive has fallen silent [0]
   kFeedbackLost,    // a drive lives but sends no positions [0]
   kBusPassive,      // the bus is error-passive [0]
@@ -48,7 +51,8 @@ struct Measurement {
   int axes = 0;
   std::array<double, kMaxAxes> position{};            // displacement, m or m³, the last that is known
   std::array<int64_t, kMaxAxes> position_stamp_ns{};  // arrival of each position; 0: none yet
-  bool all_known = false;     // every axis has sent its position, and none was asked for it in vain for long
+  // Every axis has its reference and has sent its position, and none was asked for it in vain for long.
+  bool all_known = false;
   bool all_enabled = false;   // every drive is in "operation enabled": commanded positions are followed
   bool all_disabled = false;  // no drive is known to have its power stage on
   bool finished = false;      // Command::finish is done: the drives are stopped and watch us no more

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,11 +17,29 @@ enum class Protocol : uint8_t {
   kOdrive    // ODrive CANSimple
 };
 
+/// How an axis comes to know where it stands.
+enum class Reference : uint8_t {
+  kAbsolute,  // it has known since power-on, or from others
+  kHoming     // by the drive's own homing procedure, at the start
+};
+
+/// A drive's homing procedure [CiA 402-2, homing mode]: what is not given stays as the drive has it.
+struct HomingConfig {
+  std::optional<int8_t> method;          // 6098
+  std::optional<uint32_t> speed_search;  // 6099:1, for the switch, in the drive's own unit of speed
+  std::optional<uint32_t> speed_zero;    // 6099:2, for the zero, likewise
+  std::optional<uint32_t> acceleration;  // 609A, in the drive's own unit of acceleration
+  int64_t timeout_ns = 60'000'000'000;   // for the whole procedure
+};
+
 /// What is CANopen's alone of an axis.
 struct CanopenAxis {
   int pdo = 1;           // which pair of PDOs to use, 1..4: objects 1400 + pdo - 1 and so on
   uint32_t rpdo_id = 0;  // 11-bit COB-IDs; 0: those of the predefined connection set
   uint32_t tpdo_id = 0;
+  Reference reference = Reference::kAbsolute;
+  int referenced_bit = -1;  // of the statusword, 0..15: set while the drive has a reference; -1: it has none
+  HomingConfig homing{};
 };
 
 /// What is ODrive's alone of an axis; with both at 0 the axis keeps the limits it has.

@@ -56,6 +56,15 @@ TEST_CASE("A whole life of CiA 402 drives makes no heap call on either side", "[
   CHECK(live(rig) == 0);
 }
 
+TEST_CASE("A whole life of CiA 402 drives that are homed makes no heap call on either side", "[rt]") {
+  MasterConfig config = config_of(3);
+  config.axes[2].canopen.reference = Reference::kHoming;
+  config.axes[2].canopen.homing.method = 37;
+  config.axes[2].canopen.referenced_bit = 14;
+  Rig rig(config);
+  CHECK(live(rig) == 0);
+}
+
 TEST_CASE("A whole life of ODrive axes makes no heap call on either side", "[rt]") {
   OdriveRig rig(odrive_config_of(4));
   CHECK(live(rig) == 0);

@@ -27,6 +27,26 @@ TEST_CASE("A sound configuration passes and each unsound one says what is wrong"
   refused("heartbeat timeout", [](MasterConfig& c) { c.heartbeat_timeout_ns = c.heartbeat_ns; });
   refused("control period", [](MasterConfig& c) { c.period_ns = 0; });
   refused("0x202", [](MasterConfig& c) { c.axes[0].canopen.rpdo_id = 0x202; });
+  refused("'cable 1': a statusword has the bits 0..15",
+          [](MasterConfig& c) { c.axes[1].canopen.referenced_bit = 16; });
+  refused("the time for homing", [](MasterConfig& c) { c.axes[0].canopen.homing.timeout_ns = 0; });
+}
+
+TEST_CASE("Homing in place, which each start would do elsewhere, needs the bit that tells it is done",
+          "[unit]") {
+  MasterConfig config = config_of(2);
+  CanopenAxis& axis = config.axes[1].canopen;
+  axis.reference = Reference::kHoming;
+  for (const int8_t method : std::initializer_list<int8_t>{35, 37}) {
+    axis.homing.method = method;
+    axis.referenced_bit = -1;
+    CHECK_THROWS_WITH(check(config), Catch::Contains("'cable 1': homing in place needs the statusword bit"));
+    axis.referenced_bit = 15;
+    CHECK_NOTHROW(check(config));
+  }
+  axis.homing.method = 17;
+  axis.referenced_bit = -1;
+  CHECK_NOTHROW(check(config));
 }
 
 TEST_CASE("What ODrive asks of a configuration is checked, and each mistake named", "[unit]") {

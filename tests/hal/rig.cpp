@@ -28,8 +28,11 @@ MasterConfig odrive_config_of(int axes, OdriveFirmware firmware) {
 
 void add_drives(const MasterConfig& config, std::vector<Cia402Drive>& drives) {
   for (const AxisConfig& axis : config.axes)
-    drives.emplace_back(
-        DriveSpec{.node = axis.node, .pdo = axis.canopen.pdo, .position_counts = 1000.0 * axis.node});
+    drives.emplace_back(DriveSpec{.node = axis.node,
+                                  .pdo = axis.canopen.pdo,
+                                  .position_counts = 1000.0 * axis.node,
+                                  .incremental = axis.canopen.reference == Reference::kHoming,
+                                  .referenced_bit = axis.canopen.referenced_bit});
 }
 
 void add_drives(const MasterConfig& config, std::vector<OdriveDrive>& drives) {
