@@ -5,11 +5,12 @@
 #include <algorithm>
 
 #include "app/config_body.h"
+#include "app/config_drive.h"
 #include "app/config_rules.h"
 #include "app/yaml_reader.h"
 
-// One function a section, one line a key; what the body is made of is in config_body.cpp. A key that is added
-// is added to docs/robot-file.md as well: a test compares the two.
+// One function a section, one line a key; what the body is made of is in config_body.cpp, its drives in
+// config_drive.cpp. A key that is added is added to docs/robot-file.md as well: a test compares the two.
 namespace tendril::app {
 namespace {
 

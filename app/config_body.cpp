@@ -7,6 +7,8 @@
 #include <numbers>
 #include <system_error>
 
+#include "app/config_drive.h"
+
 namespace tendril::app {
 namespace {
 
@@ -130,44 +132,6 @@ void read_weights(const Value& v, EffectorConfig& effector) {
   }
   if (static_cast<int>(effector.weights.size()) != effector.coordinates())
     v.fail(fmt::format("a number, or one for each of the {} controlled coordinates", effector.coordinates()));
-}
-
-/// The identifier of a PDO: what CANopen keeps for other messages is not to be had [CiA 301, restricted
-/// COB-IDs].
-void read_cob_id(const Value& v, std::uint32_t& id) {
-  int number = 0;
-  v.read(number, Range{.at_least = 0x181, .at_most = 0x57F});
-  id = static_cast<std::uint32_t>(number);
-}
-
-void read_drive(Reader& r, DriveConfig& drive, hal::Protocol protocol) {
-  constexpr auto kOdrive = hal::Protocol::kOdrive;
-  drive.line = r.line();
-  r.need("node", drive.node, protocol == kOdrive ? kOdriveNode : kCanopenNode);
-  const auto read_counts = only_with(hal::Protocol::kCanopen, protocol, Dimension::kNumber, kPositive);
-  if (protocol == kOdrive)  // positions are in turns already
-    r.may("counts_per_turn", drive.counts_per_turn, read_counts);
-  else
-    r.need("counts_per_turn", drive.counts_per_turn, read_counts);
-  r.may("reversed", drive.reversed);
-  constexpr auto kCanopen = hal::Protocol::kCanopen;
-  r.may("pdo", drive.canopen.pdo, only_with(kCanopen, protocol, Range{.at_least = 1, .at_most = 4}));
-  r.may("rpdo_id", drive.canopen.rpdo_id, only_with(kCanopen, protocol, read_cob_id));
-  r.may("tpdo_id", drive.canopen.tpdo_id, only_with(kCanopen, protocol, read_cob_id));
-  r.may("velocity_limit", drive.velocity_limit,
-        only_with(kOdrive, protocol, Dimension::kTurnRate, kPositive));
-  r.may("current_limit", drive.current_limit, only_with(kOdrive, protocol, Dimension::kCurrent, kPositive));
-}
-
-/// The drive of an actuator, with the key that says what a turn of it is worth.
-auto drive_of(hal::Protocol protocol, std::string_view key, Dimension dimension, double factor = 1) {
-  return [=](Reader& r, DriveConfig& drive) {
-    read_drive(r, drive, protocol);
-    double length_or_volume = 0;
-    r.need(key, length_or_volume, dimension, kPositive);
-    drive.displacement_per_turn = factor * length_or_volume;
-    r.may("offset", drive.offset, dimension);
-  };
 }
 
 void read_cavity(Reader& r, ActuatorConfig& actuator, hal::Protocol protocol) {

@@ -6,6 +6,8 @@
 #include <map>
 #include <vector>
 
+#include "hal/cia402.h"
+
 namespace tendril::app {
 namespace {
 
@@ -124,6 +126,22 @@ void check_limits(const Value& robot, const Config& config) {
   }
 }
 
+/// What an axis is told of homing has a use, and no start takes for the zero wherever the axis has got to.
+void check_references(const Value& robot, const Config& config) {
+  for (std::size_t i = 0; i < config.actuators.size(); ++i) {
+    const hal::CanopenAxis& axis = config.actuators[i].drive.canopen;
+    const Value place = robot.at("actuators").at(i).at("drive");
+    if (axis.reference != hal::Reference::kHoming) {
+      if (place.at("homing").is_mapping()) place.at("reference").fail("homing, as there is a section for it");
+    } else if (axis.homing.method && hal::homes_in_place(*axis.homing.method) && axis.referenced_bit < 0) {
+      place.at("referenced_bit")
+          .fail(fmt::format("the statusword bit that tells whether it has been done, as homing method {} "
+                            "takes wherever the axis stands at a start for the zero",
+                            *axis.homing.method));
+    }
+  }
+}
+
 void check_bus(const Value& robot, const Config& config, const std::vector<int>& nodes) {
   const BusConfig& bus = config.bus;
   // One late heartbeat is jitter, two are a fault.
@@ -201,6 +219,7 @@ void check_rules(const Value& robot, const Config& config) {
   check_actuators(robot, config);
   const std::vector<int> nodes = check_nodes(robot, config);
   check_limits(robot, config);
+  check_references(robot, config);
   check_bus(robot, config, nodes);
   check_motion(robot, config);
 }

@@ -127,6 +127,36 @@ TEST_CASE("An identifier of the bus belongs to whom CiA 301 gives it, and else i
   CHECK(owner(0x101).empty());
 }
 
+TEST_CASE("What a drive is told of its reference must make sense", "[unit]") {
+  const auto drive = [](const std::string& more) { return "node: 1, " + more + ","; };
+  check_mistakes(
+      {{"node: 1,",
+        drive("reference: maybe"),
+        nullptr,
+        {"actuators[0].drive.reference: found 'maybe', expected absolute or homing"}},
+       {"node: 1,",
+        drive("homing: {method: 17}"),
+        nullptr,
+        {"actuators[0].drive.reference: found nothing, expected homing, as there is a section"}},
+       {"node: 1,",
+        drive("reference: homing, homing: {method: 37}"),
+        nullptr,
+        {"actuators[0].drive.referenced_bit: found nothing, expected the statusword bit",
+         "homing method 37 takes wherever"}},
+       {"node: 1,",
+        drive("referenced_bit: 9"),
+        nullptr,
+        {"actuators[0].drive.referenced_bit: found '9', expected 8, 14 or 15"}},
+       {"node: 1,",
+        drive("reference: homing, homing: {method: 128}"),
+        nullptr,
+        {"actuators[0].drive.homing.method: found '128', expected a whole number from -128 to 127"}},
+       {"node: 1,",
+        drive("reference: homing, homing: {speed_search: 0}"),
+        nullptr,
+        {"actuators[0].drive.homing.speed_search: found '0', expected a whole number no less than 1"}}});
+}
+
 /// kGood with ODrive axes: nodes 1 and 2, positions in turns, the heartbeats that the drives come with.
 std::string good_odrive() {
   using tendril::testing::replace_each;
@@ -174,6 +204,8 @@ TEST_CASE("Keys that belong to the other protocol are refused, and so are ODrive
                "is odrive"));
   CHECK_THAT(error_with("protocol: odrive", "protocol: odrive\n  master_node: 3"),
              Contains("bus.master_node: found '3', expected no such key"));
+  CHECK_THAT(error_with("node: 1,", "node: 1, reference: homing,"),
+             Contains("actuators[0].drive.reference: found 'homing', expected no such key"));
   CHECK_THAT(error_with("node: 1,", "node: 64,"), Contains("expected a whole number from 0 to 63"));
   CHECK_THAT(error_with("protocol: odrive", "protocol: odrive\n  firmware: 0.4"),
              Contains("bus.firmware: found '0.4', expected 0.5 or 0.6"));

@@ -194,6 +194,14 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   const auto& push = std::get<ForceConfig>(c.actuators[2].kind);
   CHECK(push.at.at == Vector3d(0, 0.03, 0.05));
   CHECK(push.direction.isApprox(Vector3d(0, 0.6, 0.8)));
+  const tendril::hal::CanopenAxis& thumb = c.actuators[2].drive.canopen;
+  CHECK(thumb.reference == tendril::hal::Reference::kHoming);
+  CHECK(thumb.referenced_bit == 15);
+  CHECK(thumb.homing.method == 17);
+  CHECK(thumb.homing.speed_search == 200);
+  CHECK(thumb.homing.speed_zero == 20);
+  CHECK(thumb.homing.acceleration == 1000);
+  CHECK(thumb.homing.timeout_ns == 30'000'000'000);
   const ActuatorConfig& air = c.actuators[3];
   CHECK(std::get<std::string>(std::get<CavityConfig>(air.kind).region.where) == "chamber");
   CHECK(air.effort_min == -10e3);
@@ -280,6 +288,8 @@ bus: {name: can0, master_node: 1}
   CHECK(c.effectors[0].points[0].line == 6);
   CHECK(std::get<CableConfig>(c.actuators[0].kind).points[1].line == 9);
   CHECK(c.actuators[0].drive.line == 13);
+  CHECK(c.actuators[0].drive.canopen.reference == tendril::hal::Reference::kAbsolute);
+  CHECK(c.actuators[0].drive.canopen.referenced_bit == -1);
   CHECK(c.fixed.line == 5);
   CHECK(c.bus.line == 14);
 }

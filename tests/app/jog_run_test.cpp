@@ -76,6 +76,29 @@ TEST_CASE("A jog without its drive says which one is silent", "[scenario]") {
   bench.plant().send(SIGCONT);
 }
 
+TEST_CASE("A jog homes its axis first where it has to, and refuses one that then has no reference",
+          "[scenario]") {
+  const std::string drive = "node: 2, counts_per_turn: 65536";
+  {
+    Workbench bench(
+        {{drive, drive + ", reference: homing, homing: {method: 17}, offset: -1 mm"}});  // the switch
+    BusListener listener(bench.bus(), {1, 2});
+    const Ended out = run(bench.jog("left", {"--by", "2 mm", "--speed", "10 mm/s"}));
+    INFO(out.err << out.out);
+    CHECK(out.code == 0);
+    CHECK(lines_of(out.out).back() == "'left' went from -1.000 to 1.000 mm, as its drive says");
+    CHECK(length_m(listener, 2) == Approx(2e-3).margin(2 * kCount_m));
+    CHECK(length_m(listener, 1) == 0);
+  }
+  Workbench bench({{drive, drive + ", reference: homing, homing: {method: 0}"}});
+  BusListener listener(bench.bus(), {1, 2});
+  const Ended out = run(bench.jog("left", {"--by", "2 mm"}));
+  CHECK(out.code == 1);
+  CHECK_THAT(out.out, Catch::Contains("axis 0 'left' (node 2): homing failed"));
+  CHECK(length_m(listener, 2) == 0);
+  CHECK(state(listener, 2) == hal::DriveState::kSwitchOnDisabled);
+}
+
 TEST_CASE("A jog refuses what it was not meant to do before it opens the bus", "[scenario]") {
   const std::string file = std::string(TENDRIL_SOURCE_DIR) + "/config/finger.yaml";
   const auto refused = [&](const std::string& actuator, const std::vector<std::string>& more) {
