@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hal/cia402_setup.h"
-
 namespace tendril::hal {
 namespace {
 
@@ -35,8 +33,9 @@ Cia402Axis::Cia402Axis(const AxisConfig& axis, const MasterConfig& config)
       scale_(axis.scale),
       setup_steps_(setup_steps(axis, config)),
       homing_steps_(homing_steps(axis)),
-      following_steps_(following_steps()),
+      following_steps_(following_steps(axis)),
       release_steps_(release_steps()),
+      soft_limits_(soft_limits(axis)),
       reference_(axis.canopen.reference),
       referenced_mask_(
           static_cast<uint16_t>(axis.canopen.referenced_bit < 0 ? 0 : 1u << axis.canopen.referenced_bit)),
@@ -222,6 +221,7 @@ void Cia402Axis::begin(int64_t now_ns) noexcept {
   phase_ = Phase::kPreparing;
   enabling_since_ns_ = now_ns;
   clearing_fault_ = state_ == DriveState::kFault;
+  if (soft_limits_) set_soft_limits(following_steps_, widened(*soft_limits_, position_));
   sdo_.start(task_ == Task::kHome ? homing_steps_ : following_steps_);
 }
 

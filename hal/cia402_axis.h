@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "hal/cia402.h"
+#include "hal/cia402_setup.h"
 #include "hal/drives.h"
 #include "hal/frame_batch.h"
 #include "hal/master_config.h"
@@ -114,6 +116,7 @@ class Cia402Axis {
   uint32_t rpdo_id_, tpdo_id_;
   AxisScale scale_;
   std::vector<SdoStep> setup_steps_, homing_steps_, following_steps_, release_steps_;
+  std::optional<SoftLimits> soft_limits_;
   Reference reference_;
   uint16_t referenced_mask_;  // of the statusword; 0: the drive has no such bit
   int64_t homing_timeout_ns_;

@@ -1,11 +1,15 @@
 #include "hal/cia402_setup.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "hal/cia402.h"
 
 namespace tendril::hal {
 namespace {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
+constexpr uint16_t kSoftLimits = 0x607D;
 
 uint32_t to_ms(int64_t duration_ns) {
   return static_cast<uint32_t>((duration_ns + kMillisecond_ns / 2) / kMillisecond_ns);
@@ -24,6 +28,9 @@ void check_axis(const AxisConfig& axis, int master_node) {
   if (axis.canopen.reference == Reference::kHoming && homing.method && homes_in_place(*homing.method) &&
       axis.canopen.referenced_bit < 0)
     refuse_drives(who + "homing in place needs the statusword bit that tells whether it has been done");
+  if (!(axis.displacement_min <= axis.displacement_max))
+    refuse_drives(who + "the least displacement must not exceed the greatest");
+  if (!(axis.canopen.following_error >= 0)) refuse_drives(who + "a following error must not be negative");
   if (homing.timeout_ns <= 0) refuse_drives(who + "the time for homing must be positive");
   if (rpdo_cob_id(axis) > 0x7FF || tpdo_cob_id(axis) > 0x7FF) refuse_drives(who + "COB-IDs must fit 11 bits");
 }
@@ -45,6 +52,12 @@ void check_identifiers(const MasterConfig& config) {
 SdoStep write(int index, int sub, int size, uint32_t value) {
   return {{SdoRequest::Kind::kWrite, {static_cast<uint16_t>(index), static_cast<uint8_t>(sub)}, size, value},
           0};
+}
+
+/// At least one count, and not 0xFFFFFFFF, which is no window at all.
+uint32_t following_error_window(const AxisConfig& axis) {
+  const double counts = axis.canopen.following_error / std::abs(axis.scale.displacement_per_count());
+  return static_cast<uint32_t>(std::clamp(std::round(counts), 1.0, double{0xFFFF'FFFE}));
 }
 
 /// Mode of operation, and the drive must say that it is in it.
@@ -95,6 +108,7 @@ std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& con
   append_mode(steps, kModeCyclicPosition);
   steps.push_back(write(0x60C2, 1, 1, period.value));
   steps.push_back(write(0x60C2, 2, 1, static_cast<uint8_t>(period.exponent)));
+  if (axis.canopen.following_error > 0) steps.push_back(write(0x6065, 0, 4, following_error_window(axis)));
   return steps;
 }
 
@@ -109,10 +123,38 @@ std::vector<SdoStep> homing_steps(const AxisConfig& axis) {
   return steps;
 }
 
-std::vector<SdoStep> following_steps() {
+std::optional<SoftLimits> soft_limits(const AxisConfig& axis) {
+  if (!axis.canopen.soft_limits || !std::isfinite(axis.displacement_min) ||
+      !std::isfinite(axis.displacement_max))
+    return std::nullopt;
+  const int32_t least = axis.scale.to_counts(axis.displacement_min);
+  const int32_t greatest = axis.scale.to_counts(axis.displacement_max);
+  return SoftLimits{std::min(least, greatest), std::max(least, greatest)};  // a reversed axis swaps them
+}
+
+SoftLimits widened(SoftLimits limits, int32_t position) noexcept {
+  const int64_t margin = (int64_t{limits.max} - limits.min) / 100 + 1;
+  const int64_t below = position < limits.min ? position - margin : limits.min;
+  const int64_t above = position > limits.max ? position + margin : limits.max;
+  return {static_cast<int32_t>(std::max<int64_t>(below, INT32_MIN)),
+          static_cast<int32_t>(std::min<int64_t>(above, INT32_MAX))};
+}
+
+std::vector<SdoStep> following_steps(const AxisConfig& axis) {
   std::vector<SdoStep> steps;
   append_mode(steps, kModeCyclicPosition);
+  if (const auto limits = soft_limits(axis)) {
+    steps.push_back(write(kSoftLimits, 1, 4, 0));
+    steps.push_back(write(kSoftLimits, 2, 4, 0));
+    set_soft_limits(steps, *limits);
+  }
   return steps;
+}
+
+void set_soft_limits(std::span<SdoStep> steps, SoftLimits limits) noexcept {
+  for (SdoStep& step : steps)
+    if (step.request.object.index == kSoftLimits)
+      step.request.value = static_cast<uint32_t>(step.request.object.sub == 1 ? limits.min : limits.max);
 }
 
 std::vector<SdoStep> release_steps() { return {write(0x1016, 1, 4, 0)}; }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "hal/bus_budget.h"
@@ -19,16 +21,33 @@ uint32_t tpdo_cob_id(const AxisConfig& axis) noexcept;
 void check_cia402(const MasterConfig& config);
 
 /// The entries that prepare a drive in NMT pre-operational: heartbeats both ways, one RPDO (6040, 607A) and
-/// one TPDO (6041, 6064) at every SYNC, cyclic synchronous position mode, interpolation period. [CiA 301,
-/// objects 1016, 1017, 1400-1A00; CiA 402-2, objects 6060, 6061, 60C2]
+/// one TPDO (6041, 6064) at every SYNC, cyclic synchronous position mode, interpolation period, and the
+/// following-error window where it is configured. [CiA 301, objects 1016, 1017, 1400-1A00; CiA 402-2, objects
+/// 6060, 6061, 6065, 60C2]
 std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config);
 
 /// The entries that prepare a drive without power for its homing procedure: what is configured of it, homing
 /// mode. [CiA 402-2, objects 6098, 6099, 609A]
 std::vector<SdoStep> homing_steps(const AxisConfig& axis);
 
-/// The entries that prepare a drive without power for following targets: cyclic synchronous position mode.
-std::vector<SdoStep> following_steps();
+/// The positions that a drive shall keep to by itself, counts (object 607D).
+struct SoftLimits {
+  int32_t min = 0, max = 0;
+};
+
+/// The limits of an axis' displacement as its drive counts; nothing where they are not for the drive.
+std::optional<SoftLimits> soft_limits(const AxisConfig& axis);
+
+/// Limits that also hold for an axis which stands outside, with a hundredth of their range to spare: a drive
+/// that is enabled beyond its soft limits jumps to the nearest, or fails. Real-time: yes.
+SoftLimits widened(SoftLimits limits, int32_t position) noexcept;
+
+/// The entries that prepare a drive without power for following targets: cyclic synchronous position mode,
+/// and its soft limits, if any.
+std::vector<SdoStep> following_steps(const AxisConfig& axis);
+
+/// Puts soft limits into such entries. Real-time: yes.
+void set_soft_limits(std::span<SdoStep> steps, SoftLimits limits) noexcept;
 
 /// The entries that let a drive go: it watches the master no more.
 std::vector<SdoStep> release_steps();

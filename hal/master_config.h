@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -40,6 +41,8 @@ struct CanopenAxis {
   Reference reference = Reference::kAbsolute;
   int referenced_bit = -1;  // of the statusword, 0..15: set while the drive has a reference; -1: it has none
   HomingConfig homing{};
+  bool soft_limits = true;     // the drive is told the limits of the displacement (607D)
+  double following_error = 0;  // m or m³: the drive's own window around its target (6065); 0: what it has
 };
 
 /// What is ODrive's alone of an axis; with both at 0 the axis keeps the limits it has.
@@ -50,9 +53,11 @@ struct OdriveAxisLimits {
 
 /// One axis as a master must know it.
 struct AxisConfig {
-  std::string name;   // for people
-  int node = 0;       // as the protocol numbers them
-  AxisScale scale{};  // 1 count a turn with ODrive
+  std::string name;                                                    // for people
+  int node = 0;                                                        // as the protocol numbers them
+  AxisScale scale{};                                                   // 1 count a turn with ODrive
+  double displacement_min = -std::numeric_limits<double>::infinity();  // m or m³; infinite: no limit
+  double displacement_max = std::numeric_limits<double>::infinity();
   CanopenAxis canopen{};
   OdriveAxisLimits odrive{};
 };

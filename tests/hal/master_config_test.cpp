@@ -29,6 +29,9 @@ TEST_CASE("A sound configuration passes and each unsound one says what is wrong"
   refused("0x202", [](MasterConfig& c) { c.axes[0].canopen.rpdo_id = 0x202; });
   refused("'cable 1': a statusword has the bits 0..15",
           [](MasterConfig& c) { c.axes[1].canopen.referenced_bit = 16; });
+  refused("the least displacement",
+          [](MasterConfig& c) { c.axes[0].displacement_min = 1e-3, c.axes[0].displacement_max = 0; });
+  refused("a following error", [](MasterConfig& c) { c.axes[0].canopen.following_error = -1e-3; });
   refused("the time for homing", [](MasterConfig& c) { c.axes[0].canopen.homing.timeout_ns = 0; });
 }
 
