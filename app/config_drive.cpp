@@ -46,7 +46,8 @@ void read_homing(Reader& r, hal::HomingConfig& homing) {
   homing.timeout_ns = std::llround(1e9 * timeout);
 }
 
-void read_canopen(Reader& r, hal::CanopenAxis& axis, hal::Protocol protocol) {
+/// @param dimension  of displacements
+void read_canopen(Reader& r, hal::CanopenAxis& axis, hal::Protocol protocol, Dimension dimension) {
   r.may("pdo", axis.pdo, only_with(kCanopen, protocol, Range{.at_least = 1, .at_most = 4}));
   r.may("rpdo_id", axis.rpdo_id, only_with(kCanopen, protocol, read_cob_id));
   r.may("tpdo_id", axis.tpdo_id, only_with(kCanopen, protocol, read_cob_id));
@@ -56,6 +57,8 @@ void read_canopen(Reader& r, hal::CanopenAxis& axis, hal::Protocol protocol) {
                                         {"homing", hal::Reference::kHoming}}));
   r.may("referenced_bit", axis.referenced_bit, only_with(kCanopen, protocol, read_makers_bit));
   r.may("homing", axis.homing, only_with(kCanopen, protocol, read_homing));
+  r.may("soft_limits", axis.soft_limits, only_with(kCanopen, protocol));
+  r.may("following_error", axis.following_error, only_with(kCanopen, protocol, dimension, kPositive));
 }
 
 }  // namespace
@@ -75,7 +78,7 @@ std::function<void(Reader&, DriveConfig&)> drive_of(hal::Protocol protocol, std:
     drive.displacement_per_turn = factor * length_or_volume;
     r.may("reversed", drive.reversed);
     r.may("offset", drive.offset, dimension);
-    read_canopen(r, drive.canopen, protocol);
+    read_canopen(r, drive.canopen, protocol, dimension);
     r.may("velocity_limit", drive.velocity_limit,
           only_with(kOdrive, protocol, Dimension::kTurnRate, kPositive));
     r.may("current_limit", drive.current_limit, only_with(kOdrive, protocol, Dimension::kCurrent, kPositive));

@@ -206,6 +206,8 @@ hal::MasterConfig master_config(const Config& config) {
     axis.name = actuator.name;
     axis.node = drive.node;
     axis.scale = {drive.counts_per_turn, drive.displacement_per_turn, drive.reversed, drive.offset};
+    axis.displacement_min = actuator.displacement_min;
+    axis.displacement_max = actuator.displacement_max;
     axis.canopen = drive.canopen;
     axis.odrive = {drive.velocity_limit, drive.current_limit};
     result.axes.push_back(axis);

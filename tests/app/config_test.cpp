@@ -197,6 +197,8 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   const tendril::hal::CanopenAxis& thumb = c.actuators[2].drive.canopen;
   CHECK(thumb.reference == tendril::hal::Reference::kHoming);
   CHECK(thumb.referenced_bit == 15);
+  CHECK_FALSE(thumb.soft_limits);
+  CHECK(thumb.following_error == 2e-3);
   CHECK(thumb.homing.method == 17);
   CHECK(thumb.homing.speed_search == 200);
   CHECK(thumb.homing.speed_zero == 20);
@@ -290,6 +292,8 @@ bus: {name: can0, master_node: 1}
   CHECK(c.actuators[0].drive.line == 13);
   CHECK(c.actuators[0].drive.canopen.reference == tendril::hal::Reference::kAbsolute);
   CHECK(c.actuators[0].drive.canopen.referenced_bit == -1);
+  CHECK(c.actuators[0].drive.canopen.soft_limits);
+  CHECK(c.actuators[0].drive.canopen.following_error == 0);
   CHECK(c.fixed.line == 5);
   CHECK(c.bus.line == 14);
 }
