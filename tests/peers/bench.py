@@ -1,0 +1,147 @@
+"""A robot on vcan0 beside programs that are not Tendril's, for the tests of this folder.
+
+What may come late is waited for with great patience and never slept for: no test depends on how fast the machine is.
+"""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+INTERFACE = "vcan0"
+PATIENCE_S = 120
+
+
+def skip(why):
+    print(f"skipped: {why}")
+    sys.exit(0)
+
+
+def main():
+    """Runs the tests of a script, called with the programs under test: tendrild, tendril-plant."""
+    if not Path("/sys/class/net", INTERFACE).exists():
+        skip(f"this machine has no {INTERFACE}; tools/vcan brings one")
+    Program.DAEMON, Program.PLANT = sys.argv[1:3]
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)
+
+
+def wait_until(question, what):
+    """The first answer that is not false; fails where none comes."""
+    end = time.monotonic() + PATIENCE_S
+    while not (answer := question()):
+        if time.monotonic() > end:
+            raise AssertionError(f"waited in vain for {what}")
+        time.sleep(0.01)
+    return answer
+
+
+class Program:
+    """A program that runs beside the test and writes all it says into a file; killed with the object."""
+
+    def __init__(self, arguments, log, **more):
+        self.log = Path(log)
+        with open(self.log, "wb") as output:
+            self.process = subprocess.Popen(
+                [str(word) for word in arguments], stdin=subprocess.PIPE, stdout=output, stderr=subprocess.STDOUT, **more
+            )
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait()
+        self.process.stdin.close()
+
+    def said(self):
+        return self.log.read_text()
+
+    def wait_for(self, text):
+        name = Path(self.process.args[0]).name
+
+        def found():
+            ended = self.process.poll() is not None  # before the look, so that its last words are read
+            if text in self.said():
+                return True
+            if ended:
+                raise AssertionError(f"{name} ended before '{text}': {self.said()}")
+            return False
+
+        wait_until(found, f"'{text}' of {name}")
+
+    def write_line(self, line):
+        self.process.stdin.write(line.encode() + b"\n")
+        self.process.stdin.flush()
+
+    def exit_code(self):
+        return self.process.wait(PATIENCE_S)
+
+    def terminate(self):
+        self.process.send_signal(signal.SIGTERM)
+        return self.exit_code()
+
+
+def finger(protocol="canopen", changes=()):
+    """The text of config/finger.yaml, so patient that a machine which stalls is no fault.
+
+    changes: pairs of a piece of the text and what stands there instead
+    """
+    text = (ROOT / "config/finger.yaml").read_text()
+    patient = [
+        ("file: finger.msh", f"file: {ROOT}/config/finger.msh"),
+        ("rate: 600 Hz", "rate: 100 Hz\n  iteration_cap: 32"),
+        ("snapshot_age_limit: 500 ms", "snapshot_age_limit: 30 s"),
+        ("target_age_limit: 500 ms", "target_age_limit: 30 s"),
+        ("late_cycles_limit: 20", "late_cycles_limit: 20000"),
+        ("heartbeat_timeout: 150 ms", "heartbeat_timeout: 30 s\n  feedback_timeout: 30 s"),
+    ]
+    if protocol == "odrive":
+        patient += [
+            ("counts_per_turn: 65536, ", ""),
+            ("  master_node: 127\n", "  protocol: odrive\n"),
+            ("  heartbeat: 50 ms\n", ""),
+            ("0x1F0", "0x7F0"),  # which node 15 would own
+        ]
+    for old, new in [*changes, *patient]:
+        if old not in text:
+            raise AssertionError(f"config/finger.yaml has no '{old}'")
+        text = text.replace(old, new)
+    return text
+
+
+class Bench:
+    """A folder with a robot file, and a simulated robot on the bus that is ready to be talked to."""
+
+    def __init__(self, robot):
+        self._folder = tempfile.TemporaryDirectory(prefix="tendril-peers-")
+        self.folder = Path(self._folder.name)
+        self.robot = self.folder / "robot.yaml"
+        self.robot.write_text(robot)
+        self.report = self.folder / "report"
+        self.plant = None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.plant:
+            self.plant.__exit__()
+        self._folder.cleanup()
+
+    def start_plant(self):
+        self.plant = Program([Program.PLANT, self.robot, "--bus", INTERFACE], self.folder / "plant.log")
+        self.plant.wait_for("ready\n")
+
+    def start_daemon(self, *more):
+        arguments = [Program.DAEMON, self.robot, "--bus", INTERFACE, "--allow-non-rt", "--report", self.report]
+        return Program([*arguments, *more], self.folder / "daemon.log")
+
+    def dbc(self):
+        arguments = [Program.DAEMON, self.robot, "--dbc"]
+        return subprocess.run(arguments, capture_output=True, text=True, check=True).stdout

@@ -1,0 +1,208 @@
+#!/usr/bin/python3
+"""A run from start to stop, as candump logs it and canmatrix reads it with the DBC that tendrild prints.
+
+Alone on the bus, and while cangen floods it.
+"""
+
+import collections
+import contextlib
+import csv
+import json
+import unittest
+
+import bench
+import bus_log
+import cia402
+
+DRIVES = ("right", "left")
+RATE_HZ = 100
+STROKE_MM = (-3, 6)
+TOP_SPEED_MM_S = 30
+STRANGER = "7EE"  # an identifier that nobody in the DBC has
+TRACE_MM = 1e-4  # the resolution of trace.csv
+COUNT_MM = 2 * 3.141592653589793 * 5 / 65536
+
+
+class Run:
+    """What a run has left: entries of the bus log, rows of the trace while targets were followed, the summary.
+
+    flood: arguments for a cangen each, which then talks all the time
+    """
+
+    def __init__(self, protocol, flood=()):
+        with contextlib.ExitStack() as stack:
+            robot = stack.enter_context(bench.Bench(bench.finger(protocol)))
+            log = stack.enter_context(bus_log.BusLog(robot.folder))
+            cangens = [
+                stack.enter_context(bench.Program(["cangen", bench.INTERFACE, *words], robot.folder / f"cangen{i}.log"))
+                for i, words in enumerate(flood)
+            ]
+            robot.start_plant()
+            with robot.start_daemon("--duration", "1") as daemon:
+                code = daemon.exit_code()
+                assert code == 0, daemon.said()
+            assert robot.plant.terminate() == 0, robot.plant.said()
+            for cangen in cangens:
+                assert cangen.process.poll() is None, cangen.said()
+            self.foreign = collections.Counter()
+            self.entries = log.entries(robot.dbc(), self.is_foreign if flood else lambda *_: False)
+            with open(robot.report / "trace.csv") as file:
+                self.rows = [row for row in csv.DictReader(file) if row["phase"] in ("approach", "run")]
+            self.summary = json.loads((robot.report / "summary.json").read_text())
+
+    def is_foreign(self, identifier, data):
+        kind = "remote" if data.startswith("R") else "extended" if len(identifier) > 3 else identifier
+        self.foreign[kind] += 1
+        return kind in ("remote", "extended", STRANGER)
+
+    def of(self, name):
+        return [entry for entry in self.entries if entry.name == name]
+
+    def signals(self, name, signal):
+        return [entry.signals[signal] for entry in self.of(name)]
+
+    def trace_mm(self, column):
+        return [1e3 * float(row[column]) for row in self.rows]
+
+
+class BusTest(unittest.TestCase):
+    def check_summary(self, run):
+        self.assertEqual(run.summary["faults"], [])
+        self.assertEqual(run.summary["bus_dropped"], 0)
+        self.assertGreater(len(run.rows), RATE_HZ / 10)  # less than RATE_HZ where cycles were late
+
+    def check_targets(self, run, drive, targets, resolution):
+        """The targets on the bus are those of the trace, one a cycle, and keep to the actuator's limits."""
+        traced = run.trace_mm(f"command_{drive}_m")
+        close = resolution / 2 + TRACE_MM / 2 + 1e-9
+
+        def begins_at(start):
+            return all(abs(target - value) <= close for target, value in zip(targets[start:], traced))
+
+        starts = range(len(targets) - len(traced) + 1)
+        self.assertTrue(any(begins_at(start) for start in starts), f"{drive}: the trace is not what the bus carried")
+        self.assertTrue(all(STROKE_MM[0] <= target <= STROKE_MM[1] for target in targets))
+        steps = [abs(b - a) for a, b in zip(targets, targets[1:])]
+        self.assertLessEqual(max(steps), TOP_SPEED_MM_S / RATE_HZ + 2 * close)
+        self.assertGreater(max(targets) - min(targets), 0.3, "it did not move")
+
+    def check_positions(self, run, drive, positions):
+        """The positions of the trace are those of the bus, in order; a cycle may see several, or none that is new."""
+        at = 0
+        for value in run.trace_mm(f"displacement_{drive}_m"):
+            while at < len(positions) and abs(positions[at] - value) > TRACE_MM / 2 + 1e-9:
+                at += 1
+            self.assertLess(at, len(positions), f"{drive}: {value} mm was not on the bus")
+
+
+class Cia402BusTest(BusTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.run_ = Run("canopen")
+
+    def test_trace_and_bus_agree(self):
+        self.check_summary(self.run_)
+        for drive in DRIVES:
+            targets = self.run_.signals(f"Drive_{drive}_RPDO", "target_position")
+            self.check_targets(self.run_, drive, targets, COUNT_MM)
+            self.check_positions(self.run_, drive, self.run_.signals(f"Drive_{drive}_TPDO", "actual_position"))
+
+    def test_each_sync_follows_one_target_and_brings_one_position_of_each_drive(self):
+        for node, drive in enumerate(DRIVES, start=1):
+            operational = False
+            targets = syncs = unanswered = 0
+            for entry in self.run_.entries:
+                if entry.name == "NMT" and entry.signals["node"] == node:
+                    operational = entry.signals["command"] == cia402.START
+                elif entry.name == "SYNC" and operational:
+                    syncs += 1
+                    unanswered += 1
+                elif entry.name == f"Drive_{drive}_TPDO":
+                    unanswered -= 1
+                    self.assertGreaterEqual(unanswered, 0, "a position that no SYNC asked for")
+                elif entry.name == f"Drive_{drive}_RPDO":
+                    targets += 1
+                    self.assertLessEqual(targets, syncs, "two targets in a cycle")
+            self.assertEqual(unanswered, 0)
+            self.assertGreaterEqual(targets, len(self.run_.rows))
+
+    def test_sync_keeps_to_the_rate(self):
+        times_s = [entry.time_s for entry in self.run_.of("SYNC")]
+        # A late cycle leaves a gap and is not made up for: there are fewer than the rate says, never more.
+        self.assertLess((len(times_s) - 1) / (times_s[-1] - times_s[0]), 1.02 * RATE_HZ)
+
+    def test_a_drive_is_enabled_and_disabled_step_by_step_and_without_a_jump(self):
+        for drive in DRIVES:
+            words = cia402.without_repeats(self.run_.signals(f"Drive_{drive}_RPDO", "controlword"))
+            self.assertEqual([0x00, 0x06, 0x07, 0x0F, 0x07, 0x06, 0x00], words)
+            states = cia402.without_repeats(
+                cia402.state_of(word) for word in self.run_.signals(f"Drive_{drive}_TPDO", "statusword")
+            )
+            up = ["switch on disabled", "ready to switch on", "switched on", "operation enabled"]
+            self.assertEqual(up + up[-2::-1], states)
+            position = None
+            for entry in self.run_.entries:
+                if entry.name == f"Drive_{drive}_TPDO":
+                    position = entry.signals["actual_position"]
+                elif entry.name == f"Drive_{drive}_RPDO" and entry.signals["controlword"] == 0x0F:
+                    self.assertEqual(position, entry.signals["target_position"])
+                    break
+
+    def test_a_drive_is_set_up_in_pre_operational_and_left_there(self):
+        for drive in DRIVES:
+            states = cia402.without_repeats(self.run_.signals(f"Drive_{drive}_heartbeat", "nmt_state"))
+            self.assertEqual([0, 127, 5, 127], states)
+            answers = self.run_.signals(f"Drive_{drive}_SDO_answer", "command")
+            self.assertEqual(len(answers), len(self.run_.of(f"Drive_{drive}_SDO_request")))
+            self.assertNotIn(0x80, answers, "an SDO transfer was aborted")
+            self.assertEqual([], self.run_.of(f"Drive_{drive}_EMCY"))
+        self.assertEqual({5}, set(self.run_.signals("Tendril_heartbeat", "nmt_state")))
+
+
+class FloodTest(Cia402BusTest):
+    """The same while others talk: data frames, remote frames of any identifier, ours among them, and extended ones."""
+
+    @classmethod
+    def setUpClass(cls):
+        kinds = (("-I", STRANGER, "-L", 8), ("-R",), ("-e",))
+        cls.run_ = Run("canopen", [("-g", 1, "-i", *kind) for kind in kinds])
+
+    def test_all_kinds_of_foreign_frames_were_there(self):
+        for kind in ("remote", "extended", STRANGER):
+            self.assertGreater(self.run_.foreign[kind], len(self.run_.of("SYNC")), kind)
+        self.assertLess(self.run_.summary["bus_load"], 0.2)  # which counts our frames only
+
+
+class OdriveBusTest(BusTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.run_ = Run("odrive")
+
+    def test_trace_and_bus_agree(self):
+        self.check_summary(self.run_)
+        for drive in DRIVES:
+            targets = self.run_.signals(f"Drive_{drive}_input", "target_position")
+            self.check_targets(self.run_, drive, targets, 1e-6)
+            self.check_positions(self.run_, drive, self.run_.signals(f"Drive_{drive}_estimates", "position"))
+
+    def test_an_axis_is_closed_loop_only_between_its_two_orders_and_without_an_error(self):
+        for drive in DRIVES:
+            self.assertEqual([8, 1], cia402.without_repeats(self.run_.signals(f"Drive_{drive}_state", "requested_state")))
+            states = cia402.without_repeats(self.run_.signals(f"Drive_{drive}_heartbeat", "axis_state"))
+            self.assertEqual([1, 8, 1], states)
+            self.assertEqual({0}, set(self.run_.signals(f"Drive_{drive}_heartbeat", "axis_error")))
+            self.assertEqual({(3, 1)}, {tuple(e.signals.values()) for e in self.run_.of(f"Drive_{drive}_mode")})
+
+    def test_the_first_target_is_where_the_axis_stands(self):
+        for drive in DRIVES:
+            position = None
+            for entry in self.run_.entries:
+                if entry.name == f"Drive_{drive}_estimates":
+                    position = entry.signals["position"]
+                elif entry.name == f"Drive_{drive}_input":
+                    self.assertAlmostEqual(position, entry.signals["target_position"], 6)
+                    break
+
+
+if __name__ == "__main__":
+    bench.main()
