@@ -70,7 +70,8 @@ void Cia402Drive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) n
   }
   if (nmt_ != NmtState::kOperational || frame.extended) return;
   if (frame.id == kSyncId) on_sync(out);
-  if (frame.id == objects_[DriveObjects::kRpdoId]) on_rpdo(frame, out);
+  const uint32_t rpdo = objects_[DriveObjects::kRpdoId];  // its bit 30 means nothing [CiA 301, object 1400]
+  if (!(rpdo & kPdoInvalid) && frame.id == (rpdo & 0x7FF)) on_rpdo(frame, out);
 }
 
 void Cia402Drive::advance(int64_t now_ns, FrameBatch& out) noexcept {
@@ -268,6 +269,7 @@ void Cia402Drive::apply_controlword(uint16_t word, FrameBatch& out) noexcept {
   if (!(word & kStartHoming) && homing_ != Homing::kAttained) homing_ = Homing::kNone;  // interrupted
   if (before == DriveState::kFault && state_ != DriveState::kFault) {
     objects_.set(DriveObjects::kErrorRegister, 0);
+    objects_.set(DriveObjects::kErrorCode, 0);
     out.push(encode_emergency(node_, {}));
   }
 }
@@ -343,6 +345,7 @@ void Cia402Drive::fail(uint16_t emergency, FrameBatch& out) noexcept {
   state_ = DriveState::kFaultReaction;
   const uint8_t bits = error_register(emergency);
   objects_.set(DriveObjects::kErrorRegister, bits);
+  objects_.set(DriveObjects::kErrorCode, emergency);
   out.push(encode_emergency(node_, {.code = emergency, .error_register = bits}));
 }
 

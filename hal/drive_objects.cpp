@@ -23,10 +23,13 @@ struct Entry {
 
 constexpr int64_t kAnyU8 = 0xFF, kAnyU16 = 0xFFFF, kAnyU32 = 0xFFFF'FFFF;
 
-// In the order of DriveObjects::Slot. 1000 reads: profile 402 (0x192), servo drive (bit 17).
+// In the order of DriveObjects::Slot. 1000 reads: profile 402 (0x192), servo drive (bit 17); of 6502,
+// bit n - 1 stands for mode n.
 constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
     {{0x1000, 0}, "Device type", 4, Right::kRead, 0x0002'0192, 0, kAnyU32},
     {{0x1001, 0}, "Error register", 1, Right::kRead, 0, 0, kAnyU8},
+    {{0x1005, 0}, "SYNC COB-ID", 4, Right::kWrite, kSyncId, kSyncId, kSyncId},
+    {{0x1014, 0}, "EMCY COB-ID", 4, Right::kRead, kEmergencyBase, 0, kAnyU32, true},
     {{0x1016, 0}, "Consumer heartbeats", 1, Right::kRead, 1, 0, kAnyU8},
     {{0x1016, 1}, "Consumer heartbeat 1", 4, Right::kWrite, 0, 0, 0x007F'FFFF},
     {{0x1017, 0}, "Producer heartbeat time", 2, Right::kWrite, 0, 0, kAnyU16},
@@ -47,6 +50,7 @@ constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
     {{0x1A00, 0}, "TPDO 1 mapping", 1, Right::kWrite, 0, 0, 2},
     {{0x1A00, 1}, "TPDO 1 mapped object 1", 4, Right::kWrite, 0, 0, kAnyU32},
     {{0x1A00, 2}, "TPDO 1 mapped object 2", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x603F, 0}, "Error code", 2, Right::kRead, 0, 0, kAnyU16},
     {{0x6040, 0}, "Controlword", 2, Right::kWrite, 0, 0, kAnyU16},
     {{0x6041, 0}, "Statusword", 2, Right::kRead, 0, 0, kAnyU16},
     {{0x6060, 0}, "Mode of operation", -1, Right::kWrite, 0, INT8_MIN, INT8_MAX},
@@ -65,9 +69,13 @@ constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
     {{0x60C2, 0}, "Interpolation period", 1, Right::kRead, 2, 0, kAnyU8},
     {{0x60C2, 1}, "Interpolation period value", 1, Right::kWrite, 1, 1, 255},
     {{0x60C2, 2}, "Interpolation period exponent", -1, Right::kWrite, 0xFD, -6, 0},
+    {{0x6502, 0}, "Supported drive modes", 4, Right::kRead, 1u << (kModeCyclicPosition - 1), 0, kAnyU32},
 }};
 
 constexpr int bytes_of(const Entry& entry) noexcept { return entry.size < 0 ? -entry.size : entry.size; }
+
+/// Whether an object is of PDO parameters or mappings.
+constexpr bool is_pdo(uint16_t index) noexcept { return index >= 0x1400 && index < 0x2000; }
 
 int32_t sign_extend(uint32_t value, int bytes) noexcept {
   const int shift = 32 - 8 * bytes;
@@ -153,10 +161,12 @@ void DriveObjects::restore_all() noexcept {
 }
 
 void DriveObjects::restore_communication() noexcept {
-  for (int i = 0; i < kSlots; ++i)
-    if (kEntries[i].object.index < 0x2000)
-      values_[i] = kEntries[i].initial +
-                   (kEntries[i].add_node ? static_cast<uint32_t>(0x100 * (pdo_ - 1) + node_) : 0);
+  for (int i = 0; i < kSlots; ++i) {
+    const Entry& entry = kEntries[i];
+    if (entry.object.index >= 0x2000) continue;
+    const int pdo_offset = is_pdo(entry.object.index) ? 0x100 * (pdo_ - 1) : 0;
+    values_[i] = entry.initial + (entry.add_node ? static_cast<uint32_t>(pdo_offset + node_) : 0);
+  }
 }
 
 int32_t DriveObjects::signed_value(Slot slot) const noexcept {
@@ -171,7 +181,7 @@ void DriveObjects::set(Slot slot, uint32_t value) noexcept {
 /// The entries of PDOs are listed as those of the first.
 uint16_t DriveObjects::index_of(Slot slot) const noexcept {
   const uint16_t index = kEntries[slot].object.index;
-  return static_cast<uint16_t>(index >= 0x1400 && index < 0x2000 ? index + pdo_ - 1 : index);
+  return static_cast<uint16_t>(is_pdo(index) ? index + pdo_ - 1 : index);
 }
 
 DriveObjects::Slot DriveObjects::find(ObjectAddress object) const noexcept {

@@ -16,6 +16,8 @@ class DriveObjects {
   enum Slot : int {
     kDeviceType,
     kErrorRegister,
+    kSyncCobId,
+    kEmergencyCobId,
     kConsumerCount,
     kConsumer,  // 1016:1, node << 16 | ms
     kProducer,  // 1017, ms
@@ -36,6 +38,7 @@ class DriveObjects {
     kTpdoMapCount,
     kTpdoMap1,
     kTpdoMap2,
+    kErrorCode,  // 603F, as in the last EMCY
     kControlword,
     kStatusword,
     kMode,
@@ -54,6 +57,7 @@ class DriveObjects {
     kPeriodCount,
     kPeriodValue,
     kPeriodExponent,
+    kSupportedModes,
     kSlots
   };
 

@@ -115,6 +115,9 @@ TEST_CASE("The object dictionary answers with values or with the right abort cod
   bench.advance(0);
   CHECK(bench.sdo("4000100000000000") == "4300100092010200");  // 1000: servo drive, profile 402
   CHECK(bench.sdo("4018100000000000") == "4F18100004000000");  // 1018:0
+  CHECK(bench.sdo("4005100000000000") == "4305100080000000");  // 1005: SYNC is 080
+  CHECK(bench.sdo("4014100000000000") == "4314100082000000");  // 1014: EMCY is 080 + node
+  CHECK(bench.sdo("4002650000000000") == "4302650080000000");  // 6502: bit 7, CSP
   CHECK(bench.sdo("4064600000000000") == "43646000F4010000");  // 6064 = 500
   CHECK(bench.sdo("4041600000000000") == "4B41600050020000");  // 6041: switch on disabled, remote, voltage
   CHECK(bench.sdo("2F60600008000000") == "6060600000000000");  // 6060 = 8
@@ -165,6 +168,21 @@ TEST_CASE("The mapping that the master wrote decides what the bytes mean", "[uni
   bench.say("30A#F40100000600");
   CHECK(bench.say("080#") == Texts{"199#F40100003102"});
   CHECK(bench.drive.state() == DriveState::kReady);
+}
+
+TEST_CASE("Bit 30 of a COB-ID, by which masters forbid remote frames, leaves the PDO as it is", "[unit]") {
+  Bench bench;
+  bench.set_up();
+  bench.say("000#8002");
+  CHECK(bench.sdo("2300140102020040") == "6000140100000000");  // 1400:1 = 40000202
+  CHECK(bench.sdo("2300180182010040") == "6000180100000000");  // 1800:1 = 40000182
+  bench.say("000#0102");
+  CHECK(bench.cycle(0x06, 0) == Texts{"182#3102F4010000"});
+  CHECK(bench.sdo("2300140102020080") == "8000140122000008");  // switched off in pre-operational alone
+  bench.say("000#8002");
+  CHECK(bench.sdo("23001401020200C0") == "6000140100000000");
+  bench.say("000#0102");
+  CHECK(bench.cycle(0x07, 0) == Texts{"182#3102F4010000"});
 }
 
 TEST_CASE("Targets take effect at SYNC and the answer tells state and position", "[unit]") {
@@ -277,9 +295,11 @@ TEST_CASE("A fault stops the motion and is cleared by the edge of bit 7 alone", 
   CHECK(bench.drive.position() == stopped);
   CHECK(bench.drive.state() == DriveState::kFault);
   CHECK(bench.sdo("4001100000000000") == "4F01100009000000");  // error register: generic, temperature
+  CHECK(bench.sdo("403F600000000000") == "4B3F600010430000");  // error code
   const auto cleared = bench.cycle(0x80, 600);
   CHECK(cleared.front() == "082#0000000000000000");
   CHECK(bench.drive.state() == DriveState::kSwitchOnDisabled);
+  CHECK(bench.sdo("403F600000000000") == "4B3F600000000000");
   bench.drive.inject_fault(0x4310);
   bench.advance(0);
   bench.advance(0);
