@@ -14,7 +14,7 @@ using Slot = DriveObjects::Slot;
 constexpr uint32_t kMapControlword = 0x6040'0010, kMapTarget = 0x607A'0020;
 constexpr uint32_t kMapStatusword = 0x6041'0010, kMapPosition = 0x6064'0020;
 
-constexpr int64_t kMillisecond_ns = 1'000'000;
+constexpr int64_t kMillisecond_ns = 1'000'000, kSecond_ns = 1000 * kMillisecond_ns;
 constexpr uint16_t kMasterLost = 0x8130, kPdoTooShort = 0x8210, kCommunication = 0x8100, kStrayed = 0x8611;
 constexpr int kSynchronousTypes = 240;  // transmission types up to this wait for SYNC
 
@@ -45,13 +45,14 @@ bool is_spoken(Slot slot, int8_t value) noexcept {
 
 Cia402Drive::Cia402Drive(const DriveSpec& spec) noexcept
     : node_(spec.node),
-      top_speed_(spec.top_speed),
+      error_window_(spec.error_window),
       objects_(spec.node, spec.pdo),
       zero_(spec.incremental ? spec.position_counts : 0),
-      position_(spec.position_counts - zero_),
-      goal_(position_),
+      servo_(spec.top_speed, spec.tuning, spec.position_counts),
       referenced_(!spec.incremental),
-      referenced_mask_(static_cast<uint16_t>(spec.referenced_bit < 0 ? 0 : 1u << spec.referenced_bit)) {}
+      referenced_mask_(static_cast<uint16_t>(spec.referenced_bit < 0 ? 0 : 1u << spec.referenced_bit)) {
+  objects_.set(DriveObjects::kErrorWindow, error_window_);
+}
 
 void Cia402Drive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept {
   advance(now_ns, out);
@@ -111,6 +112,7 @@ void Cia402Drive::obey_nmt(NmtCommand command) noexcept {
       break;
     case NmtCommand::kResetNode:
       objects_.restore_all();
+      objects_.set(DriveObjects::kErrorWindow, error_window_);
       state_ = DriveState::kNotReady;
       [[fallthrough]];
     case NmtCommand::kResetCommunication:
@@ -215,8 +217,7 @@ void Cia402Drive::on_rpdo(const Frame& frame, FrameBatch& out) noexcept {
 }
 
 void Cia402Drive::on_sync(FrameBatch& out) noexcept {
-  const uint32_t window = objects_[DriveObjects::kErrorWindow];
-  strayed_ = interpolates() && window != 0xFFFF'FFFF && std::abs(goal_ - position_) > window;
+  strayed_ = strays();
   if (strayed_) fail(kStrayed, out);
   apply_rpdo(out);
   latch_target();
@@ -261,10 +262,6 @@ void Cia402Drive::apply_controlword(uint16_t word, FrameBatch& out) noexcept {
   state_ = transition(state_, word, controlword_);
   controlword_ = word;
   objects_.set(DriveObjects::kControlword, word);
-  if (before != DriveState::kEnabled) {  // stands still until the next SYNC brings a target
-    goal_ = position_;
-    speed_ = 0;
-  }
   if (start_edge && homes()) start_homing();
   if (!(word & kStartHoming) && homing_ != Homing::kAttained) homing_ = Homing::kNone;  // interrupted
   if (before == DriveState::kFault && state_ != DriveState::kFault) {
@@ -275,28 +272,31 @@ void Cia402Drive::apply_controlword(uint16_t word, FrameBatch& out) noexcept {
 }
 
 void Cia402Drive::latch_target() noexcept {
-  if (!interpolates()) {
-    goal_ = position_;
-    return;
-  }
+  if (!interpolates()) return;
   double target = objects_.signed_value(DriveObjects::kTargetPosition);
   const int32_t min = objects_.signed_value(DriveObjects::kLimitMin);
   const int32_t max = objects_.signed_value(DriveObjects::kLimitMax);
   limited_ = min < max && (target < min || target > max);
   if (limited_) target = std::clamp<double>(target, min, max);
-  goal_ = target;
   const InterpolationPeriod period{static_cast<uint8_t>(objects_[DriveObjects::kPeriodValue]),
                                    static_cast<int8_t>(objects_.signed_value(DriveObjects::kPeriodExponent))};
-  speed_ =
-      std::min(std::abs(goal_ - position_) / (static_cast<double>(period.nanoseconds()) * 1e-9), top_speed_);
+  servo_.unlock();
+  servo_.interpolate(zero_ + target, period.nanoseconds());
 }
 
 void Cia402Drive::move(int64_t now_ns) noexcept {
-  const double dt = static_cast<double>(now_ns - now_ns_) * 1e-9;
   now_ns_ = now_ns;
-  if (!interpolates() || jammed_ || dt <= 0) return;
-  const double way = goal_ - position_;
-  position_ = std::abs(way) <= speed_ * dt ? goal_ : position_ + std::copysign(speed_ * dt, way);
+  if (!interpolates() && !searches()) servo_.lock();
+  servo_.advance(now_ns);
+}
+
+/// Whether the following error has been beyond its window (6065) for longer than 6066 allows. [CiA 402-2]
+bool Cia402Drive::strays() noexcept {
+  const uint32_t window = objects_[DriveObjects::kErrorWindow];
+  const bool beyond = interpolates() && window != 0xFFFF'FFFF && std::abs(servo_.following_error()) > window;
+  if (!beyond) beyond_since_ns_ = -1;
+  if (beyond && beyond_since_ns_ < 0) beyond_since_ns_ = now_ns_;
+  return beyond && now_ns_ - beyond_since_ns_ >= objects_[DriveObjects::kErrorTime] * kMillisecond_ns;
 }
 
 /// Homing without a method is an error [CiA 402-2, object 6098 = 0].
@@ -307,35 +307,26 @@ void Cia402Drive::start_homing() noexcept {
   if (homes_in_place(method)) take_reference(position());
 }
 
-/// Lets time pass in homing mode: towards the switch and past the place where it closes, then slowly back to
-/// there. Must come before `move`, which sets the clock.
+/// Lets time pass in homing mode: towards the switch until it closes, then slowly back until it opens. Must
+/// come before `move`, which sets the clock.
 void Cia402Drive::home(int64_t now_ns) noexcept {
-  if (!searches() || jammed_) return;
-  const double dt = static_cast<double>(now_ns - now_ns_) * 1e-9;
+  if (!searches()) return;
   const double outwards = objects_.signed_value(DriveObjects::kHomingMethod) == kToNegativeSwitch ? -1 : 1;
-  const double top =
-      objects_[homing_ == Homing::kSearching ? DriveObjects::kSearchSpeed : DriveObjects::kZeroSpeed];
-  homing_speed_ =
-      std::min({homing_speed_ + objects_[DriveObjects::kHomingAcceleration] * dt, top, top_speed_});
-  const double to_edge = -outwards * position();  // > 0: the switch is open
-  if (homing_ == Homing::kSearching && to_edge > 0) {
-    position_ += outwards * homing_speed_ * dt;
-  } else if (homing_ == Homing::kSearching) {
-    homing_ = Homing::kLeavingSwitch;
-    homing_speed_ = 0;
-  } else if (-to_edge > homing_speed_ * dt) {
-    position_ -= outwards * homing_speed_ * dt;
-  } else {
-    position_ += outwards * to_edge;
-    take_reference(0);
-  }
+  const bool closed = outwards * position() >= 0;
+  if (homing_ == Homing::kSearching && closed) homing_ = Homing::kLeavingSwitch;
+  if (homing_ == Homing::kLeavingSwitch && !closed) return take_reference(0);
+  const double wanted = homing_ == Homing::kSearching ? outwards * objects_[DriveObjects::kSearchSpeed]
+                                                      : -outwards * objects_[DriveObjects::kZeroSpeed];
+  const double dt = static_cast<double>(now_ns - now_ns_) * 1e-9;
+  const double change = objects_[DriveObjects::kHomingAcceleration] * dt;
+  homing_speed_ += std::clamp(wanted - homing_speed_, -change, change);
+  servo_.unlock();
+  servo_.interpolate(servo_.set_point() + homing_speed_, kSecond_ns);
 }
 
 /// @param zero  where the encoder shall read 0, counts from DriveSpec's zero
 void Cia402Drive::take_reference(double zero) noexcept {
-  position_ = position() - zero;
   zero_ = zero;
-  goal_ = position_;
   homing_ = Homing::kAttained;
   referenced_ = true;
 }
@@ -398,7 +389,8 @@ uint16_t Cia402Drive::statusword() const noexcept {
 }
 
 int32_t Cia402Drive::actual_counts() const noexcept {
-  return static_cast<int32_t>(std::clamp(std::round(position_), double{INT32_MIN}, double{INT32_MAX}));
+  return static_cast<int32_t>(
+      std::clamp(std::round(position() - zero_), double{INT32_MIN}, double{INT32_MAX}));
 }
 
 }  // namespace tendril::hal

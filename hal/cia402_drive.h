@@ -5,6 +5,7 @@
 #include "hal/cia402.h"
 #include "hal/drive_objects.h"
 #include "hal/frame_batch.h"
+#include "hal/servo.h"
 #include "hal/simulated_drive.h"
 
 namespace tendril::hal {
@@ -17,6 +18,8 @@ struct DriveSpec {
   double position_counts = 0;  // where it stands at power-on, from the place that homing makes the zero
   bool incremental = false;    // its encoder counts from power-on until it has been homed
   int referenced_bit = -1;  // of the statusword, 0..15, that tells whether it has a reference; -1: none does
+  ServoTuning tuning{};
+  uint32_t error_window = 0xFFFF'FFFF;  // 6065 at power-on, counts; 0xFFFFFFFF: not watched
 };
 
 /// One simulated servo drive: a CANopen slave with the CiA 402 profile, in cyclic synchronous position mode
@@ -26,9 +29,10 @@ struct DriveSpec {
 /// present position. Whichever the switch, it closes beyond DriveSpec's zero, and is found again from there.
 ///
 /// It does what the master set up over SDO and nothing by assumption: PDO mapping, heartbeats both ways,
-/// interpolation period, following-error window, soft limits. The winch behind it is self-locking: without
-/// "operation enabled" the position stays where it is. Not spoken: segmented SDO, more than one pair
-/// of PDOs, SYNC counters, node guarding.
+/// interpolation period, following-error window, soft limits. Its axis moves as Servo does: the target
+/// positions are interpolated over the interpolation period, their rate is fed forward, and without
+/// "operation enabled" the position stays where it is. Positions are told in whole counts. Not spoken:
+/// segmented SDO, more than one pair of PDOs, SYNC counters, node guarding.
 class Cia402Drive {
  public:
   /// Powers the drive on; its boot-up message comes with the first `advance`. Real-time: yes.
@@ -43,9 +47,9 @@ class Cia402Drive {
   /// Real-time: yes (bounded, no allocation).
   void advance(int64_t now_ns, FrameBatch& out) noexcept;
 
-  /// Position of the winch, counts from DriveSpec's zero, with its fraction, whatever its encoder says.
+  /// Position of the axis, counts from DriveSpec's zero, with its fraction, whatever its encoder says.
   /// Real-time: yes.
-  double position() const noexcept { return zero_ + position_; }
+  double position() const noexcept { return servo_.position(); }
 
   /// State of the power drive system. Real-time: yes.
   DriveState state() const noexcept { return state_; }
@@ -60,7 +64,10 @@ class Cia402Drive {
   void inject_fault(uint16_t code) noexcept { injected_fault_ = code; }
 
   /// Jams its mechanics, or lets them go. Real-time: yes.
-  void set_jammed(bool jammed) noexcept { jammed_ = jammed; }
+  void set_jammed(bool jammed) noexcept { servo_.set_jammed(jammed); }
+
+  /// As Servo. Real-time: yes.
+  void set_load(double load) noexcept { servo_.set_load(load); }
 
   /// Makes it fail as a hot power stage would. Real-time: yes.
   void overheat() noexcept { inject_fault(kOverheated); }
@@ -82,6 +89,7 @@ class Cia402Drive {
   void start_homing() noexcept;
   void home(int64_t now_ns) noexcept;
   void take_reference(double zero) noexcept;
+  bool strays() noexcept;
   void fail(uint16_t code, FrameBatch& out) noexcept;
   void watch_master(int64_t now_ns, FrameBatch& out) noexcept;
   bool interpolates() const noexcept;
@@ -91,7 +99,7 @@ class Cia402Drive {
   int32_t actual_counts() const noexcept;
 
   int node_;
-  double top_speed_;  // counts/s
+  uint32_t error_window_;  // counts, at power-on
   DriveObjects objects_;
   NmtState nmt_ = NmtState::kBootUp;
   DriveState state_ = DriveState::kNotReady;
@@ -100,13 +108,11 @@ class Cia402Drive {
 
   enum class Homing : uint8_t { kNone, kSearching, kLeavingSwitch, kAttained, kError };
 
-  double zero_;           // where its encoder reads 0, counts from DriveSpec's zero
-  double position_;       // what its encoder reads, counts
-  double goal_;           // counts: target of the last SYNC within the soft limits
-  double speed_ = 0;      // counts/s towards goal_
-  bool limited_ = false;  // the target was beyond a soft limit
-  bool strayed_ = false;  // the following-error window was left
-  bool jammed_ = false;
+  double zero_;                   // where its encoder reads 0, counts from DriveSpec's zero
+  Servo servo_;                   // in counts from there
+  bool limited_ = false;          // the target was beyond a soft limit
+  bool strayed_ = false;          // the following-error window was left for longer than allowed
+  int64_t beyond_since_ns_ = -1;  // out of that window; -1: it is not
   Homing homing_ = Homing::kNone;
   double homing_speed_ = 0;  // counts/s
   bool referenced_;

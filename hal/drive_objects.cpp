@@ -57,6 +57,7 @@ constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
     {{0x6061, 0}, "Mode of operation display", -1, Right::kRead, 0, INT8_MIN, INT8_MAX},
     {{0x6064, 0}, "Actual position", -4, Right::kRead, 0, INT32_MIN, INT32_MAX},
     {{0x6065, 0}, "Following error window", 4, Right::kWrite, 0xFFFF'FFFF, 0, kAnyU32},
+    {{0x6066, 0}, "Following error time out", 2, Right::kWrite, 0, 0, kAnyU16},
     {{0x607A, 0}, "Target position", -4, Right::kWrite, 0, INT32_MIN, INT32_MAX},
     {{0x607D, 0}, "Software position limits", 1, Right::kRead, 2, 0, kAnyU8},
     {{0x607D, 1}, "Least position", -4, Right::kWrite, 0, INT32_MIN, INT32_MAX},

@@ -45,6 +45,7 @@ class DriveObjects {
     kModeDisplay,
     kActualPosition,
     kErrorWindow,  // 6065, counts; 0xFFFFFFFF: not watched
+    kErrorTime,    // 6066, ms
     kTargetPosition,
     kLimitCount,
     kLimitMin,  // 607D, counts; not watched unless min < max

@@ -1,20 +1,11 @@
 #include "hal/odrive_drive.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace tendril::hal {
-namespace {
-
-constexpr double kPositionGain = 20;  // 1/s, the firmware's default
-
-}  // namespace
 
 OdriveDrive::OdriveDrive(const OdriveSpec& spec) noexcept
-    : spec_(spec),
-      velocity_limit_(spec.top_speed),
-      position_(spec.position),
-      tells_position_(!spec.late_estimator) {
+    : spec_(spec), servo_(spec.top_speed, spec.tuning, spec.position), tells_position_(!spec.late_estimator) {
   input_.position = static_cast<float>(spec.position);
 }
 
@@ -42,10 +33,11 @@ void OdriveDrive::obey(OdriveMessage message, const Frame& frame, FrameBatch& ou
       if (const auto mode = decode_odrive_mode(frame, spec_.node)) mode_ = *mode;
       break;
     case OdriveMessage::kSetInputPosition:
-      if (const auto input = decode_odrive_input(frame, spec_.node)) input_ = *input;
+      if (const auto input = decode_odrive_input(frame, spec_.node); input && std::isfinite(input->position))
+        input_ = *input;
       break;
     case OdriveMessage::kSetLimits:
-      if (const auto limits = decode_odrive_limits(frame, spec_.node)) velocity_limit_ = limits->velocity;
+      if (const auto limits = decode_odrive_limits(frame, spec_.node)) servo_.limit_speed(limits->velocity);
       break;
     case OdriveMessage::kClearErrors:
       error_ = 0;
@@ -65,7 +57,7 @@ void OdriveDrive::request_state(uint32_t state) noexcept {
   } else if (error_ != 0) {
     refuse(kOdriveDisarmed);
   } else {
-    if (!tells_position_) input_ = {.position = static_cast<float>(position_)};
+    if (!tells_position_) input_ = {.position = static_cast<float>(servo_.position())};
     tells_position_ = true;
     state_ = kOdriveClosedLoop;
     result_ = kOdriveSuccess;
@@ -74,7 +66,12 @@ void OdriveDrive::request_state(uint32_t state) noexcept {
 
 Frame OdriveDrive::estimates() const noexcept {
   if (!tells_position_) return encode_odrive_estimates(spec_.node, {});
-  return encode_odrive_estimates(spec_.node, {static_cast<float>(position_), static_cast<float>(velocity_)});
+  return encode_odrive_estimates(
+      spec_.node, {static_cast<float>(told_position()), static_cast<float>(servo_.velocity())});
+}
+
+double OdriveDrive::told_position() const noexcept {
+  return std::round(servo_.position() * spec_.encoder_counts) / spec_.encoder_counts;
 }
 
 void OdriveDrive::refuse(uint8_t result) noexcept {
@@ -84,7 +81,7 @@ void OdriveDrive::refuse(uint8_t result) noexcept {
 }
 
 void OdriveDrive::advance(int64_t now_ns, FrameBatch& out) noexcept {
-  if (!started_) now_ns_ = fed_ns_ = now_ns;
+  if (!started_) fed_ns_ = now_ns;
   started_ = true;
   move(now_ns);
   if (spec_.watchdog_ns > 0 && now_ns - fed_ns_ > spec_.watchdog_ns)
@@ -103,21 +100,16 @@ void OdriveDrive::advance(int64_t now_ns, FrameBatch& out) noexcept {
   }
 }
 
-/// Exact for an input that stands still meanwhile, so that long steps are as good as short ones.
 void OdriveDrive::move(int64_t now_ns) noexcept {
-  const double dt = static_cast<double>(now_ns - now_ns_) * 1e-9;
-  now_ns_ = now_ns;
-  if (dt <= 0) return;
-  velocity_ = 0;
   const bool follows = state_ == kOdriveClosedLoop && mode_.control == kOdrivePositionControl &&
                        mode_.input == kOdrivePassthrough;
-  if (!follows || jammed_) return;
-  const double goal = input_.position + input_.velocity / kPositionGain;
-  const double way = (goal - position_) * -std::expm1(-kPositionGain * dt);
-  const double longest = std::min(spec_.top_speed, velocity_limit_) * dt;
-  const double moved = std::clamp(way, -longest, longest);
-  position_ += moved;
-  velocity_ = moved / dt;
+  if (follows) {
+    servo_.unlock();
+    servo_.pass_through(input_.position, input_.velocity);
+  } else {
+    servo_.lock();
+  }
+  servo_.advance(now_ns);
 }
 
 PowerStage OdriveDrive::power_stage() const noexcept {

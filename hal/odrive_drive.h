@@ -4,9 +4,12 @@
 
 #include "hal/frame_batch.h"
 #include "hal/odrive.h"
+#include "hal/servo.h"
 #include "hal/simulated_drive.h"
 
 namespace tendril::hal {
+
+inline constexpr double kOdrivePositionGain = 20;  // 1/s, as delivered
 
 /// What a simulated ODrive axis is made of. Durations in ns.
 struct OdriveSpec {
@@ -14,7 +17,9 @@ struct OdriveSpec {
   OdriveFirmware firmware = OdriveFirmware::k0_6;
   double top_speed = 100;  // rev/s, > 0
   double position = 0;     // where it stands at power-on, rev
-  bool calibrated = true;  // false: it refuses closed-loop control, as without a reference
+  ServoTuning tuning{.position_gain = kOdrivePositionGain};
+  int encoder_counts = 8192;  // in a turn, > 0: positions are told in steps of one
+  bool calibrated = true;     // false: it refuses closed-loop control, as without a reference
   /// As firmware 0.5 of commit 073da34: tells 0 for its position until its first closed-loop control, and
   /// begins that with its true position for an input.
   bool late_estimator = false;
@@ -25,8 +30,8 @@ struct OdriveSpec {
 
 /// One simulated ODrive axis in position control with the input passed through.
 ///
-/// Its position follows the input as a proportional loop does that is told the velocity too, with a top
-/// speed. The winch behind it is self-locking: outside closed-loop control the position stays where it is.
+/// It moves as Servo does, with the velocity of the input fed forward; outside closed-loop control the
+/// position stays where it is.
 /// Spoken are the messages of OdriveMessage; other states than idle and closed-loop control, and other modes,
 /// are refused or do not move it. Remote frames never leave a bus (see Frame), so encoder estimates are asked
 /// for by an empty frame, which both firmware families take as well. The watchdog runs in every state, as in
@@ -45,8 +50,8 @@ class OdriveDrive {
   /// Real-time: yes (bounded, no allocation).
   void advance(int64_t now_ns, FrameBatch& out) noexcept;
 
-  /// Position of the winch, rev. Real-time: yes.
-  double position() const noexcept { return position_; }
+  /// Position of the axis, rev. Real-time: yes.
+  double position() const noexcept { return servo_.position(); }
 
   /// State of the axis as its heartbeat tells it. Real-time: yes.
   uint8_t state() const noexcept { return state_; }
@@ -64,7 +69,10 @@ class OdriveDrive {
   void overheat() noexcept;
 
   /// Jams its mechanics, or lets them go. Real-time: yes.
-  void set_jammed(bool jammed) noexcept { jammed_ = jammed; }
+  void set_jammed(bool jammed) noexcept { servo_.set_jammed(jammed); }
+
+  /// As Servo. Real-time: yes.
+  void set_load(double load) noexcept { servo_.set_load(load); }
 
   /// Unplugs the motor: the axis disarms with axis error 0, as firmware 0.5 does (ODrive issue 700).
   /// Real-time: yes.
@@ -75,6 +83,7 @@ class OdriveDrive {
   void request_state(uint32_t state) noexcept;
   void refuse(uint8_t result) noexcept;
   Frame estimates() const noexcept;
+  double told_position() const noexcept;
   void disarm() noexcept;
   void move(int64_t now_ns) noexcept;
 
@@ -84,14 +93,10 @@ class OdriveDrive {
   uint8_t component_errors_ = 0, result_ = kOdriveSuccess;
   OdriveMode mode_{0, 0};  // as if never set up: it must be told
   OdriveInput input_;
-  double velocity_limit_;  // rev/s
-  double position_;        // rev
-  double velocity_ = 0;    // rev/s, over the last motion
+  Servo servo_;  // in rev
   bool tells_position_;
-  bool jammed_ = false;
 
-  int64_t now_ns_ = 0;
-  bool started_ = false;  // now_ns_ has been set
+  bool started_ = false;  // time has begun to pass
   int64_t fed_ns_ = 0;
   int64_t next_heartbeat_ns_ = 0, next_estimates_ns_ = 0;
 };

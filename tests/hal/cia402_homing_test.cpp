@@ -13,6 +13,7 @@ namespace {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 constexpr int kBit = 15;
+constexpr double kEdge = 4;  // counts from the switch at which a drive stops, from 2000 counts/s
 constexpr double kCount = 0.0628 / 65536;  // m, of the rig's axes
 
 /// `axes` axes that find their reference at the negative limit switch; drive i stands 1000 · (i + 1) counts
@@ -53,15 +54,15 @@ TEST_CASE("An axis is homed before its position is known, and enabling then move
   }));
   REQUIRE_FALSE(rig.faulted());
   CHECK(has_searched);
-  CHECK(rig.drives[0].position() == Approx(0).margin(1e-6));
-  CHECK(rig.measured.position[0] == Approx(3e-3).margin(kCount));
+  CHECK(rig.drives[0].position() == Approx(0).margin(kEdge));
+  CHECK(rig.measured.position[0] == Approx(3e-3).margin(kEdge * kCount));
 
   const auto from = static_cast<int>(rig.traffic.size());
   REQUIRE(rig.enable());
   CHECK(rig.find("601#2F60600008000000", from) >= 0);  // back in cyclic synchronous position mode
   for (int k = from; k < static_cast<int>(rig.traffic.size()); ++k)
-    if (const auto rpdo = decode_drive_command(0x201, rig.traffic[k])) CHECK(rpdo->target == 0);
-  CHECK(rig.drives[0].position() == Approx(0).margin(1e-6));
+    if (const auto rpdo = decode_drive_command(0x201, rig.traffic[k])) CHECK(std::abs(rpdo->target) <= kEdge);
+  CHECK(rig.drives[0].position() == Approx(0).margin(kEdge));
   rig.follow_measured = false;
   rig.command.position[0] = 4e-3;
   rig.run_for(100 * kMillisecond_ns);
@@ -157,7 +158,7 @@ TEST_CASE("Homing that does not end is a time-out, and a reset homes again", "[u
   rig.cycle();
   rig.command.reset = false;
   CHECK(rig.run_until([&] { return rig.measured.all_known; }));
-  CHECK(rig.measured.position[0] == Approx(0).margin(kCount));
+  CHECK(rig.measured.position[0] == Approx(0).margin(kEdge * kCount));
 }
 
 TEST_CASE("A drive fault in the middle of homing is told as what it is", "[unit]") {
@@ -178,7 +179,7 @@ TEST_CASE("What a drive still shows of an earlier homing is not taken for the pr
   CHECK_FALSE(rig.measured.all_known);
   CHECK(rig.drives[0].position() > 0);
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
-  CHECK(rig.drives[0].position() == Approx(0).margin(1e-6));
+  CHECK(rig.drives[0].position() == Approx(0).margin(kEdge));
 }
 
 TEST_CASE("The end of the run ends the search", "[unit]") {
@@ -249,6 +250,6 @@ TEST_CASE("A drive that tells that it still has its reference is not homed again
   successor.bus.set_time(rig.bus.time_ns());
   REQUIRE(successor.enable());
   CHECK((successor.find("601#2F60600006000000") >= 0) == !tells);
-  CHECK(successor.drives[0].position() == Approx(tells ? moved : 0).margin(1e-6));
-  CHECK(successor.measured.position[0] == Approx(tells ? 5e-3 : 0).margin(kCount));
+  CHECK(successor.drives[0].position() == Approx(tells ? moved : 0).margin(kEdge));
+  CHECK(successor.measured.position[0] == Approx(tells ? 5e-3 : 0).margin(kEdge * kCount));
 }

@@ -140,7 +140,7 @@ TEST_CASE("Enabled drives follow the commanded lengths, each in its own sense", 
     for (int i = 0; i < 4; ++i) rig.command.position[i] = 1e-3 * i + 20e-3 * step / 300;
     rig.cycle();
   }
-  rig.run_for(10 * kMillisecond_ns);
+  rig.run_for(100 * kMillisecond_ns);
   for (int i = 0; i < 4; ++i) {
     CHECK(rig.measured.position[i] == Approx(20e-3 + 1e-3 * i).margin(1e-6));
     CHECK((rig.drives[i].position() > 0) == (i % 2 == 0));

@@ -1,6 +1,7 @@
 #include "hal/odrive_drive.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,8 @@ using namespace tendril::hal;
 namespace {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
+constexpr double kRunUp_s =
+    1 / (4 * kOdrivePositionGain) + 1e-3;  // that the velocity loop takes to top speed
 
 /// An axis, node 2, that is talked to frame by frame.
 struct Bench {
@@ -78,13 +81,47 @@ TEST_CASE("An axis in closed-loop control follows its input with the speed that 
   CHECK(bench.drive.power_stage() == PowerStage::kOn);
   bench.say(encode_odrive_input(2, {.position = 5}));
   bench.advance(500 * kMillisecond_ns);
-  CHECK(bench.drive.position() == Approx(2.0));  // at top speed
+  CHECK(bench.drive.position() == Approx(2.0).margin(2 * kRunUp_s));  // at top speed
   bench.advance(2'000 * kMillisecond_ns);
   CHECK(bench.drive.position() == Approx(5.0));
   bench.say(encode_odrive_limits(2, {.velocity = 0.5f, .current = 10}));
   bench.say(encode_odrive_input(2, {.position = 0}));
   bench.advance(1'000 * kMillisecond_ns);
-  CHECK(bench.drive.position() == Approx(4.5));
+  CHECK(bench.drive.position() == Approx(4.5).margin(0.5 * kRunUp_s));
+}
+
+TEST_CASE("An axis tells its position in steps of its encoder", "[unit]") {
+  Bench bench({.top_speed = 2, .position = 0.3, .encoder_counts = 1000});
+  bench.close();
+  bench.say(encode_odrive_input(2, {.position = 0.7f}));
+  for (int k = 0; k < 50; ++k) {
+    bench.advance(3 * kMillisecond_ns);
+    const auto told = decode_odrive_estimates(*parse_frame(bench.say(*parse_frame("049#")).back()), 2);
+    REQUIRE(told);
+    CHECK(told->position == Approx(bench.drive.position()).margin(0.5001e-3));
+    CHECK(1e3f * told->position == Approx(std::round(1e3 * told->position)).margin(1e-4));
+  }
+}
+
+TEST_CASE("A load beyond its force limit drags an axis in closed-loop control, and no other", "[unit]") {
+  Bench bench({.top_speed = 2, .position = 1});
+  bench.drive.set_load(1.5);
+  bench.advance(100 * kMillisecond_ns);
+  CHECK(bench.drive.position() == 1.0);
+  bench.close();
+  bench.advance(100 * kMillisecond_ns);
+  CHECK(bench.drive.position() < 0.95);
+  bench.drive.set_load(0.9);
+  bench.advance(2'000 * kMillisecond_ns);
+  CHECK(bench.drive.position() == Approx(1.0));
+}
+
+TEST_CASE("An input that is no number is not followed", "[unit]") {
+  Bench bench({.position = 1});
+  bench.close();
+  bench.say(encode_odrive_input(2, {.position = std::nanf("")}));
+  bench.advance(100 * kMillisecond_ns);
+  CHECK(bench.drive.position() == 1.0);
 }
 
 TEST_CASE("A jammed axis stays where it is and says nothing of it, until it is let go", "[unit]") {

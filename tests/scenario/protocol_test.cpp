@@ -40,10 +40,11 @@ TEST_CASE("Enabling ODrive axes moves nothing, wherever the winches stand", "[sc
   settings.start.delta_a = {0.0021, -0.0007};
   VirtualRig rig(config, settings);
   REQUIRE(rig.run_until(Phase::kRunning, kStartedWithin_s));
-  constexpr double kRounding_m = 1e-7;  // of positions of 24 bits on the bus
   for (int a = 0; a < 2; ++a) {
-    CHECK(rig.displacements().delta_a[a] == Approx(settings.start.delta_a[a]).margin(kRounding_m));
-    CHECK(rig.trace().back().command[a] == Approx(settings.start.delta_a[a]).margin(kRounding_m));
+    // Half a step of the encoder, and positions of 24 bits on the bus.
+    const double rounding_m = 0.5 * config.actuators[a].drive.displacement_per_turn / 8192 + 1e-7;
+    CHECK(rig.displacements().delta_a[a] == Approx(settings.start.delta_a[a]).margin(rounding_m));
+    CHECK(rig.trace().back().command[a] == Approx(settings.start.delta_a[a]).margin(rounding_m));
   }
 }
 
