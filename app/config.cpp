@@ -99,6 +99,16 @@ void read_motion(Reader& r, MotionConfig& motion, const std::vector<EffectorConf
         [&](const Value& v, int& index) { read_effector_name(v, effectors, index); });
 }
 
+void read_servo(Reader& r, ServoConfig& servo, hal::Protocol protocol) {
+  r.may("acceleration_time", servo.acceleration_time, Dimension::kTime, Range{.at_least = 1e-3});
+  r.may("position_gain", servo.position_gain, Dimension::kInverseTime, Range{.above = 0, .at_most = 1000});
+  r.may("force_limit", servo.force_limit, Dimension::kNumber, kPositive);
+  r.may("following_error", servo.following_error,
+        only_with(hal::Protocol::kCanopen, protocol, Dimension::kNumber, Range{.above = 0, .at_most = 1}));
+  r.may("encoder_counts", servo.encoder_counts,
+        only_with(hal::Protocol::kOdrive, protocol, Range{.at_least = 1}));
+}
+
 /// @param config  with bus and actuators read already
 void read_fault(Reader& r, PlantFault& fault, const Config& config) {
   double after = 0;
@@ -122,6 +132,8 @@ void read_plant(Reader& r, PlantConfig& plant, const Config& config) {
   r.may("time_step", plant.time_step, Dimension::kTime, kPositive);
   r.may("tracker_rate", plant.tracker_rate_hz, Dimension::kRate, kLoopRate);
   r.may("loads", plant.loads, read_load);
+  r.may("drives", plant.drives,
+        [&](Reader& section, ServoConfig& servo) { read_servo(section, servo, config.bus.protocol); });
   r.may("faults", plant.faults,
         [&](Reader& section, PlantFault& fault) { read_fault(section, fault, config); });
 }

@@ -15,6 +15,7 @@
 #include "fem/material.h"
 #include "fem/mesh.h"
 #include "hal/master_config.h"
+#include "hal/servo.h"
 #include "rt/controller.h"
 
 namespace tendril::app {
@@ -175,6 +176,16 @@ struct MotionConfig {
   int effector = 0;  // its place in the list of effectors; one of points
 };
 
+/// The servo drives of the simulated robot, one setting for all: what is relative is so to the limits of each
+/// actuator.
+struct ServoConfig {
+  double acceleration_time = hal::ServoTuning{}.acceleration_time;  // s to top speed, without load
+  std::optional<double> position_gain;    // 1/s; none: as drives of the protocol are delivered
+  double force_limit = 2;                 // largest efforts of the actuator
+  std::optional<double> following_error;  // of the range of displacements; none: the drives do not watch it
+  int encoder_counts = 8192;              // in a turn of an ODrive axis
+};
+
 /// What the simulated robot is made of, apart from the shape: never the controller's own values. The laws of
 /// its materials are the model's, the moduli and masses of their regions are in the proportion of the
 /// whole's.
@@ -185,6 +196,7 @@ struct PlantConfig {
   double time_step = 0.01;                                // s of the integrator
   double tracker_rate_hz = 100;
   std::vector<LoadConfig> loads;  // that the model knows nothing of, beside those that it knows
+  ServoConfig drives;
   std::vector<PlantFault> faults;
 };
 

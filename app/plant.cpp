@@ -15,8 +15,22 @@ namespace {
 constexpr double kSettled = 1e-9;  // m
 // A drive that keeps up with its actuator's top rate has some in hand to catch up with.
 constexpr double kSpareSpeed = 1.25;
+constexpr double kUnlimited = hal::SimulatedActuator::kUnlimited;
 constexpr int kFramesPerCall = 1024;
 constexpr double kOutOfReach_m = -10;  // of a cable that is cut; more than a soft robot measures
+
+hal::SimulatedActuator simulated(const ActuatorConfig& actuator, const ServoConfig& servo,
+                                 double displacement) {
+  const double largest_effort = std::max(std::abs(actuator.effort_min), std::abs(actuator.effort_max));
+  const double range = actuator.displacement_max - actuator.displacement_min;
+  return {.top_rate = kSpareSpeed * actuator.top_rate,
+          .displacement = displacement,
+          .force_limit = largest_effort > 0 ? servo.force_limit * largest_effort : kUnlimited,
+          .acceleration_time = servo.acceleration_time,
+          .position_gain = servo.position_gain,
+          .following_error = servo.following_error ? *servo.following_error * range : kUnlimited,
+          .encoder_counts = servo.encoder_counts};
+}
 
 }  // namespace
 
@@ -27,8 +41,8 @@ PlantDrives::PlantDrives(const Config& config, const PlantDisplacements& start)
   std::ranges::stable_sort(planned_, {}, &PlantFault::after);
   const hal::MasterConfig master = master_config(config);
   for (size_t a = 0; a < config.actuators.size(); ++a) {
-    drives_.push_back(hal::make_drive(master, static_cast<int>(a),
-                                      {kSpareSpeed * config.actuators[a].top_rate, start.delta_a[a]}));
+    drives_.push_back(hal::make_drive(
+        master, static_cast<int>(a), simulated(config.actuators[a], config.plant->drives, start.delta_a[a])));
     heartbeat_ids_.push_back(hal::heartbeat_identifier(master, static_cast<int>(a)));
   }
 }
@@ -47,6 +61,10 @@ void PlantDrives::serve(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns)
   for (auto& drive : drives_) drive->advance(now_ns, answers_);
   send(bus, now_ns);
   show(bus, tip, now_ns);
+}
+
+void PlantDrives::set_loads(const PlantEfforts& efforts) noexcept {
+  for (size_t a = 0; a < drives_.size(); ++a) drives_[a]->set_load(efforts.lambda_a[a]);
 }
 
 void PlantDrives::inject_due(std::int64_t now_ns) noexcept {
@@ -135,6 +153,12 @@ PlantBody::PlantBody(const Config& config, const PlantDisplacements& start)
                     "is it too soft for its weight?",
                     config.file.string()));
   dynamics_.reset(rest.x());
+}
+
+PlantEfforts PlantBody::efforts() const {
+  PlantEfforts efforts;
+  std::ranges::copy(dynamics_.efforts(), efforts.lambda_a.begin());
+  return efforts;
 }
 
 Eigen::VectorXd PlantBody::vector(const PlantDisplacements& displacements) const {

@@ -20,6 +20,11 @@ struct PlantDisplacements {
   std::array<double, kMaxActuators> delta_a{};
 };
 
+/// What the actuators of the simulated robot do to its body: tensions and forces in N, pressures in Pa.
+struct PlantEfforts {
+  std::array<double, kMaxActuators> lambda_a{};
+};
+
 /// Where the tip of the simulated robot was at an instant.
 struct PlantTip {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m
@@ -36,6 +41,9 @@ class PlantDrives {
   /// Answers all that has arrived, lets time pass, and shows the tip at the tracker's rate.
   /// Real-time: bounded by the frames that have arrived; allocates nothing.
   void serve(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept;
+
+  /// Lets the body pull at the drives from now on. Real-time: bounded, allocates nothing.
+  void set_loads(const PlantEfforts& efforts) noexcept;
 
   /// Makes the robot suffer a fault from now on. Real-time: bounded, allocates nothing.
   void inject(const PlantFault& fault) noexcept;
@@ -83,6 +91,9 @@ class PlantBody {
   [[nodiscard]] bool step(const PlantDisplacements& displacements, double seconds) {
     return dynamics_.step(vector(displacements), seconds);
   }
+
+  /// Of the last step; 0 before the first.
+  PlantEfforts efforts() const;
 
   Eigen::Vector3d tip() const { return robot_->tip(dynamics_.x()); }
   const Robot& robot() const { return *robot_; }

@@ -32,9 +32,11 @@ using FaultRing = rt::SpscRing<PlantFault, 64>;  // main thread ▶ bus thread
 
 /// Moves the body in step with the clock until told to quit. Where a step takes longer than the time it
 /// stands for, the next one covers all that has passed: the body becomes coarser in time, but never slower.
+/// What it does to the drives is told after every step.
 /// @return  share of the grid's deadlines that were passed over; nothing where the body could not be advanced
 std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplacements>& displacements,
-                               rt::TripleBuffer<PlantTip>& tips, const std::atomic<bool>& quit) {
+                               rt::TripleBuffer<PlantEfforts>& efforts, rt::TripleBuffer<PlantTip>& tips,
+                               const std::atomic<bool>& quit) {
   std::int64_t then_ns = rt::now_ns(), steps = 0, missed = 0;
   rt::PeriodicClock clock(1e9 / static_cast<double>(body.time_step_ns()), then_ns);
   while (!quit) {
@@ -45,6 +47,8 @@ std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplaceme
       return std::nullopt;
     }
     then_ns = now_ns;
+    efforts.back() = body.efforts();
+    efforts.publish();
     tips.back() = {body.tip(), now_ns};
     tips.publish();
     ++steps;
@@ -54,12 +58,14 @@ std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplaceme
 }
 
 void run_bus(hal::Bus& bus, PlantDrives& drives, rt::TripleBuffer<PlantDisplacements>& displacements,
-             rt::TripleBuffer<PlantTip>& tips, FaultRing& faults, const std::atomic<bool>& quit) noexcept {
+             rt::TripleBuffer<PlantEfforts>& efforts, rt::TripleBuffer<PlantTip>& tips, FaultRing& faults,
+             const std::atomic<bool>& quit) noexcept {
   PlantFault fault;
   pollfd readable{bus.descriptor(), POLLIN, 0};
   while (!quit) {
     poll(&readable, 1, kPollTimeout_ms);
     while (faults.pop(fault)) drives.inject(fault);
+    drives.set_loads(efforts.latest());
     drives.serve(bus, tips.latest(), rt::now_ns());
     displacements.back() = drives.felt_displacements();
     displacements.publish();
@@ -72,6 +78,7 @@ int run_plant(const std::string& file, const std::string& bus_name) {
   PlantDrives drives(config);
   const auto bus = hal::open_bus(bus_name.empty() ? config.bus.name : bus_name, hal::BusRole::kHost);
   rt::TripleBuffer<PlantDisplacements> displacements;
+  rt::TripleBuffer<PlantEfforts> efforts;
   rt::TripleBuffer<PlantTip> tips;
   FaultRing faults;
   PlantConsole console(config);
@@ -82,11 +89,11 @@ int run_plant(const std::string& file, const std::string& bus_name) {
   tips.publish();
 
   rt::RealtimeThread bus_thread({"bus", kBusPriority}, rt::RtRights::kIgnore,
-                                [&] { run_bus(*bus, drives, displacements, tips, faults, quit); });
+                                [&] { run_bus(*bus, drives, displacements, efforts, tips, faults, quit); });
   std::optional<double> behind;
   std::atomic<bool> body_ended{false};
   std::thread body_thread([&] {
-    behind = run_body(body, displacements, tips, quit);
+    behind = run_body(body, displacements, efforts, tips, quit);
     body_ended = true;
   });
   spdlog::info("{}: simulated robot of {} nodes on {}", config.robot, body.robot().model.mesh().node_count(),

@@ -66,6 +66,7 @@ void VirtualRig::step() {
 void VirtualRig::move_body() {
   if (!body_.step(drives_.felt_displacements(), config_.plant->time_step))
     throw std::runtime_error("the simulated body could not be advanced: a smaller plant.time_step may help");
+  drives_.set_loads(body_.efforts());
   tips_.push_back({body_.tip(), now_ns_});
 }
 

@@ -50,6 +50,7 @@ class VirtualRig {
   const rt::Controller& controller() const { return controller_; }
   const hal::DriveMaster& master() const { return *master_; }
   PlantDisplacements displacements() const { return drives_.displacements(); }
+  PlantEfforts efforts() const { return body_.efforts(); }  ///< of the body's last time step
 
   /// Heap calls made by the control loop's cycles so far; always 0 where they cannot be counted.
   std::int64_t heap_calls() const { return heap_calls_; }

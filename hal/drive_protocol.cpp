@@ -17,13 +17,15 @@ template <class Drive>
 class Adapter final : public SimulatedDrive {
  public:
   template <class Spec>
-  Adapter(const Spec& spec, const AxisScale& scale) : drive_(spec), scale_(scale) {}
+  Adapter(const Spec& spec, const AxisScale& scale, double force_limit)
+      : drive_(spec), scale_(scale), force_limit_(scale.reversed ? -force_limit : force_limit) {}
 
   void receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept override {
     drive_.receive(frame, now_ns, out);
   }
   void advance(int64_t now_ns, FrameBatch& out) noexcept override { drive_.advance(now_ns, out); }
   double displacement() const noexcept override { return scale_.to_displacement(drive_.position()); }
+  void set_load(double effort) noexcept override { drive_.set_load(effort / force_limit_); }
   PowerStage power_stage() const noexcept override { return drive_.power_stage(); }
   void overheat() noexcept override { drive_.overheat(); }
   void inject_fault(uint32_t code) noexcept override {
@@ -37,7 +39,18 @@ class Adapter final : public SimulatedDrive {
  private:
   Drive drive_;
   AxisScale scale_;
+  double force_limit_;  // N or Pa, negative where displacement falls as the position rises
 };
+
+ServoTuning tuned(ServoTuning usual, const SimulatedActuator& actuator) {
+  return {.acceleration_time = actuator.acceleration_time,
+          .position_gain = actuator.position_gain.value_or(usual.position_gain)};
+}
+
+uint32_t error_window(double counts) {
+  constexpr uint32_t kNotWatched = 0xFFFF'FFFF;
+  return counts < kNotWatched ? static_cast<uint32_t>(std::round(counts)) : kNotWatched;
+}
 
 }  // namespace
 
@@ -70,7 +83,8 @@ std::unique_ptr<DriveMaster> make_master(const MasterConfig& config) {
 std::unique_ptr<SimulatedDrive> make_drive(const MasterConfig& config, int axis,
                                            const SimulatedActuator& actuator) {
   const AxisConfig& a = config.axes[axis];
-  const double top_speed = actuator.top_rate / std::abs(a.scale.displacement_per_count());
+  const double unit = std::abs(a.scale.displacement_per_count());
+  const double top_speed = actuator.top_rate / unit;
   const double position = a.scale.to_position(actuator.displacement);
   if (config.protocol == Protocol::kOdrive)
     return std::make_unique<Adapter<OdriveDrive>>(
@@ -78,18 +92,22 @@ std::unique_ptr<SimulatedDrive> make_drive(const MasterConfig& config, int axis,
                    .firmware = config.odrive.firmware,
                    .top_speed = top_speed,
                    .position = position,
+                   .tuning = tuned(OdriveSpec{}.tuning, actuator),
+                   .encoder_counts = actuator.encoder_counts,
                    .heartbeat_ns = config.heartbeat_ns,
                    .encoder_period_ns = config.odrive.encoder_period_ns,
                    .watchdog_ns = config.heartbeat_timeout_ns},
-        a.scale);
+        a.scale, actuator.force_limit);
   return std::make_unique<Adapter<Cia402Drive>>(
       DriveSpec{.node = a.node,
                 .pdo = a.canopen.pdo,
                 .top_speed = top_speed,
                 .position_counts = position,
                 .incremental = a.canopen.reference == Reference::kHoming,
-                .referenced_bit = a.canopen.referenced_bit},
-      a.scale);
+                .referenced_bit = a.canopen.referenced_bit,
+                .tuning = tuned(DriveSpec{}.tuning, actuator),
+                .error_window = error_window(actuator.following_error / unit)},
+      a.scale, actuator.force_limit);
 }
 
 }  // namespace tendril::hal

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "hal/bus_budget.h"
 #include "hal/drives.h"
 #include "hal/master_config.h"
+#include "hal/servo.h"
 #include "hal/simulated_drive.h"
 
 /// The one place that knows which protocols there are. Real-time: no, for all of it (allocates).
@@ -26,10 +29,17 @@ uint32_t heartbeat_identifier(const MasterConfig& config, int axis);
 /// @throws std::invalid_argument as `check`
 std::unique_ptr<DriveMaster> make_master(const MasterConfig& config);
 
-/// The actuator behind a simulated drive.
+/// The actuator behind a simulated drive, and how its drive is set up. Displacements in m or m³, efforts in N
+/// or Pa.
 struct SimulatedActuator {
-  double top_rate = 0;      // m/s or m³/s, > 0, of its displacement
-  double displacement = 0;  // at power-on, m or m³
+  static constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+  double top_rate = 0;                                         // per second, > 0, of its displacement
+  double displacement = 0;                                     // at power-on
+  double force_limit = kUnlimited;                             // > 0: greatest effort that the motor holds
+  double acceleration_time = ServoTuning{}.acceleration_time;  // s, see ServoTuning
+  std::optional<double> position_gain{};  // 1/s; none: as drives of the protocol are delivered
+  double following_error = kUnlimited;    // > 0: a CiA 402 drive fails where it is farther from its set-point
+  int encoder_counts = 8192;              // in a turn of an ODrive axis, > 0
 };
 
 /// The drive's side of the configured protocol.

@@ -72,6 +72,6 @@ void Servo::pass_through(double goal, double rate) noexcept {
   arrival_ns_ = now_ns_;
 }
 
-void Servo::limit_speed(double speed) noexcept { speed_limit_ = std::min(top_speed_, speed); }
+void Servo::limit_speed(double speed) noexcept { speed_limit_ = std::max(0.0, std::min(top_speed_, speed)); }
 
 }  // namespace tendril::hal

@@ -60,7 +60,7 @@ class Servo {
   void pass_through(double goal, double rate) noexcept;
 
   /// Keeps the speed that the loops demand below top speed.
-  /// @param speed  units/s, not negative
+  /// @param speed  units/s; 0 where it is negative
   /// Real-time: yes.
   void limit_speed(double speed) noexcept;
 

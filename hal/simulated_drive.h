@@ -30,6 +30,11 @@ class SimulatedDrive {
   /// Displacement of the actuator behind it, m or m³. Real-time: yes.
   virtual double displacement() const noexcept = 0;
 
+  /// Lets the body pull at it from now on: a drive of limited force gives way to more than that.
+  /// @param effort  of the actuator, N or Pa
+  /// Real-time: yes.
+  virtual void set_load(double effort) noexcept = 0;
+
   /// Real-time: yes.
   virtual PowerStage power_stage() const noexcept = 0;
 

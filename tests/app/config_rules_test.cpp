@@ -183,6 +183,7 @@ TEST_CASE("A robot with ODrive axes has the keys, ranges and defaults of that pr
   yaml.replace(yaml.find("node: 1,"), 8, "node: 0, velocity_limit: 1200 rpm, current_limit: 10 A,");
   yaml.replace(yaml.find("protocol: odrive"), 16,
                "protocol: odrive\n  firmware: 0.5\n  encoder_period: 2 ms");
+  yaml += "  drives: {encoder_counts: 4096}\n";
   const Config c = load_config(RobotFile(yaml).path());
   CHECK(c.bus.protocol == tendril::hal::Protocol::kOdrive);
   CHECK(c.bus.firmware == tendril::hal::OdriveFirmware::k0_5);
@@ -194,6 +195,8 @@ TEST_CASE("A robot with ODrive axes has the keys, ranges and defaults of that pr
   CHECK(c.actuators[0].drive.velocity_limit == Approx(20));
   CHECK(c.actuators[0].drive.current_limit == Approx(10));
   CHECK(c.actuators[1].drive.velocity_limit == 0);
+  CHECK(c.plant->drives.encoder_counts == 4096);
+  CHECK_FALSE(c.plant->drives.position_gain);
 }
 
 TEST_CASE("Keys that belong to the other protocol are refused, and so are ODrive's own mistakes", "[unit]") {
@@ -215,6 +218,8 @@ TEST_CASE("Keys that belong to the other protocol are refused, and so are ODrive
                    "protocol: odrive\n  encoder_period: 30 ms\n  feedback_timeout: 60 ms") == "no error");
   CHECK_THAT(error_with("node: 1,", "node: 1, current_limit: 5 A,"),
              Contains("actuators[0].drive.velocity_limit: found nothing, expected a velocity limit beside"));
+  CHECK_THAT(error_with("plant:", "plant:\n  drives: {following_error: 0.1}"),
+             Contains("plant.drives.following_error: found '0.1', expected no such key"));
   CHECK_THAT(error_with("node: 2,", "node: 1,"), Contains("actuators[0].drive has this one"));
   CHECK_THAT(error_with("tracker: 0x7F0", "tracker: 0x05F"),
              Contains("bus.tracker: found '0x05F'") && Contains("this is message 0x1F of node 2"));

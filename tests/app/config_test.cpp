@@ -238,6 +238,10 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(c.plant->damping_stiffness == 0.02);
   CHECK(c.plant->time_step == 0.005);
   CHECK(c.plant->tracker_rate_hz == 50);
+  CHECK(c.plant->drives.force_limit == 1.5);
+  CHECK(c.plant->drives.acceleration_time == Approx(8e-3));
+  CHECK(c.plant->drives.position_gain == 60);
+  CHECK(c.plant->drives.following_error == 0.1);
   REQUIRE(c.plant->faults.size() == 1);
   CHECK(c.plant->faults[0].kind == PlantFaultKind::kSilent);
   CHECK(c.plant->faults[0].axis == 0);

@@ -67,6 +67,17 @@ TEST_CASE("A jog ends on SIGINT with the axis at rest and disabled", "[scenario]
   CHECK(state(listener, 1) == hal::DriveState::kSwitchOnDisabled);
 }
 
+TEST_CASE("A jog against a body that pulls harder than the drive holds ends with the axis lagging behind",
+          "[scenario]") {
+  Workbench bench(Changes{{"plant: ", "plant:\n  drives: {force_limit: 0.05}"}});
+  const Ended ended = run(bench.jog("right", {"--by", "5 mm", "--speed", "10 mm/s", "--json"}));
+  INFO(ended.err << ended.out);
+  CHECK(ended.code == 1);
+  const nlohmann::json result = nlohmann::json::parse(ended.out);
+  CHECK(result.at("arrived") == false);
+  CHECK(result.at("measured").get<double>() < 4e-3);  // beyond 1 mm of lag it is let go
+}
+
 TEST_CASE("A jog without its drive says which one is silent", "[scenario]") {
   Workbench bench;
   bench.plant().send(SIGSTOP);

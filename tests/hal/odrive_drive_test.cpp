@@ -116,9 +116,15 @@ TEST_CASE("A load beyond its force limit drags an axis in closed-loop control, a
   CHECK(bench.drive.position() == Approx(1.0));
 }
 
-TEST_CASE("An input that is no number is not followed", "[unit]") {
+TEST_CASE("An input that is no number is not followed, nor any with a speed limit below 0", "[unit]") {
   Bench bench({.position = 1});
   bench.close();
+  bench.say(encode_odrive_limits(2, {.velocity = -1, .current = 10}));
+  bench.say(encode_odrive_input(2, {.position = 2}));
+  bench.advance(100 * kMillisecond_ns);
+  CHECK(bench.drive.position() == 1.0);
+  bench.say(encode_odrive_limits(2, {.velocity = 1, .current = 10}));
+  bench.say(encode_odrive_input(2, {.position = 1}));
   bench.say(encode_odrive_input(2, {.position = std::nanf("")}));
   bench.advance(100 * kMillisecond_ns);
   CHECK(bench.drive.position() == 1.0);
