@@ -162,7 +162,7 @@ void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
           last_nmt_start_ns_ = now_ns - kNmtRepeat_ns;
           break;
         case SdoSequence::Status::kFailed:
-          fail(FaultKind::kConfiguration, sdo_.failure());
+          fail_setup();
           break;
       }
       break;
@@ -174,7 +174,7 @@ void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
             phase_ = Phase::kEnabling;
             break;
           case SdoSequence::Status::kFailed:
-            fail(FaultKind::kConfiguration, sdo_.failure());
+            fail_setup();
             break;
         }
       break;
@@ -298,11 +298,19 @@ void Cia402Axis::fail(FaultKind kind, uint32_t code) noexcept {
   fault_ = {.kind = kind, .code = code};
   phase_ = Phase::kOff;
   homing_since_ns_ = 0;
-  if (kind == FaultKind::kConfiguration) {
-    const ObjectAddress object = sdo_.object();
-    fault_.object = static_cast<uint32_t>(object.index) << 8 | object.sub;
-  }
-  if (kind == FaultKind::kConfiguration || kind == FaultKind::kStartTimeout) stage_ = Stage::kFailed;
+  if (kind == FaultKind::kStartTimeout) stage_ = Stage::kFailed;
+}
+
+void Cia402Axis::fail_setup() noexcept {
+  if (fault_.kind != FaultKind::kNone) return;
+  const SdoStep& step = sdo_.step();
+  if (sdo_.failure() != 0)
+    fail(FaultKind::kConfiguration, sdo_.failure());
+  else
+    fail(FaultKind::kUnexpectedValue, sdo_.found());
+  fault_.object = static_cast<uint32_t>(step.request.object.index) << 8 | step.request.object.sub;
+  fault_.expected = step.expected;
+  stage_ = Stage::kFailed;
 }
 
 }  // namespace tendril::hal

@@ -110,6 +110,7 @@ class Cia402Axis {
   void begin(int64_t now_ns) noexcept;
   uint16_t enabling_word(int64_t now_ns) noexcept;
   void fail(FaultKind kind, uint32_t code) noexcept;
+  void fail_setup() noexcept;
 
   const MasterConfig& config_;
   int node_;

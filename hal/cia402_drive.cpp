@@ -46,7 +46,7 @@ bool is_spoken(Slot slot, int8_t value) noexcept {
 Cia402Drive::Cia402Drive(const DriveSpec& spec) noexcept
     : node_(spec.node),
       error_window_(spec.error_window),
-      objects_(spec.node, spec.pdo),
+      objects_(spec.node, spec.pdo, spec.rpdo_id, spec.tpdo_id),
       zero_(spec.incremental ? spec.position_counts : 0),
       servo_(spec.top_speed, spec.tuning, spec.position_counts),
       referenced_(!spec.incremental),

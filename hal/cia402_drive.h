@@ -12,8 +12,10 @@ namespace tendril::hal {
 
 /// What a simulated drive is made of.
 struct DriveSpec {
-  int node = 1;                // 1..127
-  int pdo = 1;                 // 1..4: which pair of PDOs it has
+  int node = 1;          // 1..127
+  int pdo = 1;           // 1..4: which pair of PDOs it has
+  uint32_t rpdo_id = 0;  // COB-IDs with which these are mapped and on at power-on; 0: they are not
+  uint32_t tpdo_id = 0;
   double top_speed = 1e6;      // counts/s, > 0
   double position_counts = 0;  // where it stands at power-on, from the place that homing makes the zero
   bool incremental = false;    // its encoder counts from power-on until it has been homed

@@ -23,6 +23,11 @@ std::string format(const char* pattern, auto... values) {
   return text;
 }
 
+/// "object 1600:2 (the second object in RPDO 1)".
+std::string object_text(uint32_t object) {
+  return format("object %04X:%u", object >> 8, object & 0xFF) + describe_set_up_object(object);
+}
+
 }  // namespace
 
 Cia402Master::Cia402Master(MasterConfig config) : config_(checked(std::move(config))), supervisor_(config_) {
@@ -92,9 +97,11 @@ std::string Cia402Master::describe(const DriveFault& fault) const {
   const std::string who = name_of(config_, fault.axis) + ": ";
   switch (fault.kind) {
     case FaultKind::kConfiguration:
-      return who + kind + format(" at object %04X:%u: ", fault.object >> 8, fault.object & 0xFF) +
-             (fault.code == 0 ? "reads back another value than was written"
-                              : format("%s (SDO abort %08X)", describe_sdo_abort(fault.code), fault.code));
+      return who + kind + " at " + object_text(fault.object) +
+             format(": %s (SDO abort %08X)", describe_sdo_abort(fault.code), fault.code);
+    case FaultKind::kUnexpectedValue:
+      return who + kind + ": " + object_text(fault.object) +
+             format(" reads 0x%X and must read 0x%X", fault.code, fault.expected);
     case FaultKind::kDriveFault:
       if (fault.code == 0) return who + kind + ", no error code received";
       return who + kind +

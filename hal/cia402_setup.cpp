@@ -54,6 +54,12 @@ SdoStep write(int index, int sub, int size, uint32_t value) {
           0};
 }
 
+SdoStep read(int index, int sub, uint32_t expected, uint32_t mask = 0xFFFF'FFFF) {
+  return {{SdoRequest::Kind::kRead, {static_cast<uint16_t>(index), static_cast<uint8_t>(sub)}, 0, 0},
+          expected,
+          mask};
+}
+
 /// At least one count, and not 0xFFFFFFFF, which is no window at all.
 uint32_t following_error_window(const AxisConfig& axis) {
   const double counts = axis.canopen.following_error / std::abs(axis.scale.displacement_per_count());
@@ -63,16 +69,29 @@ uint32_t following_error_window(const AxisConfig& axis) {
 /// Mode of operation, and the drive must say that it is in it.
 void append_mode(std::vector<SdoStep>& steps, int8_t mode) {
   steps.push_back(write(0x6060, 0, 1, static_cast<uint8_t>(mode)));
-  steps.push_back({{SdoRequest::Kind::kRead, {0x6061, 0}, 0, 0}, static_cast<uint8_t>(mode)});
+  steps.push_back(read(0x6061, 0, static_cast<uint8_t>(mode)));
 }
 
+/// A PDO that is on and goes with every SYNC.
+struct Pdo {
+  int communication, mapping;  // indices of its objects
+  uint32_t cob_id, first, second;
+};
+
 /// Off, map emptied, map filled, every SYNC, on.
-void append_pdo(std::vector<SdoStep>& steps, int communication, int mapping, uint32_t cob_id, uint32_t first,
-                uint32_t second) {
+void append_writes(std::vector<SdoStep>& steps, const Pdo& pdo) {
+  steps.insert(steps.end(), {write(pdo.communication, 1, 4, kPdoInvalid | pdo.cob_id),
+                             write(pdo.mapping, 0, 1, 0), write(pdo.mapping, 1, 4, pdo.first),
+                             write(pdo.mapping, 2, 4, pdo.second), write(pdo.mapping, 0, 1, 2),
+                             write(pdo.communication, 2, 1, 1), write(pdo.communication, 1, 4, pdo.cob_id)});
+}
+
+/// The same state, looked for.
+void append_checks(std::vector<SdoStep>& steps, const Pdo& pdo) {
+  constexpr uint32_t kNoRemoteRequest = 0x4000'0000;  // in the COB-ID of a TPDO; we request none
   steps.insert(steps.end(),
-               {write(communication, 1, 4, kPdoInvalid | cob_id), write(mapping, 0, 1, 0),
-                write(mapping, 1, 4, first), write(mapping, 2, 4, second), write(mapping, 0, 1, 2),
-                write(communication, 2, 1, 1), write(communication, 1, 4, cob_id)});
+               {read(pdo.communication, 1, pdo.cob_id, ~kNoRemoteRequest), read(pdo.communication, 2, 1),
+                read(pdo.mapping, 0, 2), read(pdo.mapping, 1, pdo.first), read(pdo.mapping, 2, pdo.second)});
 }
 
 }  // namespace
@@ -96,6 +115,19 @@ void check_cia402(const MasterConfig& config) {
   check_identifiers(config);
 }
 
+std::string describe_set_up_object(uint32_t object) {
+  const uint32_t index = object >> 8, sub = object & 0xFF;
+  if (index == 0x6061) return " (the mode of operation)";
+  const uint32_t table = index & ~3u;
+  const bool communication = table == 0x1400 || table == 0x1800, mapping = table == 0x1600 || table == 0x1A00;
+  if ((!communication && !mapping) || sub > 2) return "";
+  static constexpr const char* kCommunication[] = {"", "the COB-ID of ", "the transmission type of "};
+  static constexpr const char* kMapping[] = {"the number of objects in ", "the first object in ",
+                                             "the second object in "};
+  return std::string(" (") + (communication ? kCommunication : kMapping)[sub] +
+         (table == 0x1400 || table == 0x1600 ? "RPDO " : "TPDO ") + std::to_string(index - table + 1) + ")";
+}
+
 std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config) {
   const int number = axis.canopen.pdo - 1;
   const InterpolationPeriod period = nearest_interpolation_period(config.period_ns);
@@ -103,8 +135,9 @@ std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& con
       write(0x1016, 1, 4,
             static_cast<uint32_t>(config.canopen.master_node) << 16 | to_ms(config.heartbeat_timeout_ns)),
       write(0x1017, 0, 2, to_ms(config.heartbeat_ns))};
-  append_pdo(steps, 0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), 0x6040'0010, 0x607A'0020);
-  append_pdo(steps, 0x1800 + number, 0x1A00 + number, tpdo_cob_id(axis), 0x6041'0010, 0x6064'0020);
+  for (const Pdo& pdo : {Pdo{0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), 0x6040'0010, 0x607A'0020},
+                         Pdo{0x1800 + number, 0x1A00 + number, tpdo_cob_id(axis), 0x6041'0010, 0x6064'0020}})
+    axis.canopen.mapping == Mapping::kConfigure ? append_writes(steps, pdo) : append_checks(steps, pdo);
   append_mode(steps, kModeCyclicPosition);
   steps.push_back(write(0x60C2, 1, 1, period.value));
   steps.push_back(write(0x60C2, 2, 1, static_cast<uint8_t>(period.exponent)));

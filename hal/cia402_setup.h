@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "hal/bus_budget.h"
@@ -20,10 +21,14 @@ uint32_t tpdo_cob_id(const AxisConfig& axis) noexcept;
 /// @throws std::invalid_argument with a sentence that names the axis and what is expected
 void check_cia402(const MasterConfig& config);
 
+/// What an object that is set up means, as " (the second object in RPDO 1)"; empty where its number must do.
+/// @param object  index << 8 | subindex
+std::string describe_set_up_object(uint32_t object);
+
 /// The entries that prepare a drive in NMT pre-operational: heartbeats both ways, one RPDO (6040, 607A) and
-/// one TPDO (6041, 6064) at every SYNC, cyclic synchronous position mode, interpolation period, and the
-/// following-error window where it is configured. [CiA 301, objects 1016, 1017, 1400-1A00; CiA 402-2, objects
-/// 6060, 6061, 6065, 60C2]
+/// one TPDO (6041, 6064) at every SYNC, which are read only where they are to stay as found, cyclic
+/// synchronous position mode, interpolation period, and the following-error window where it is configured.
+/// [CiA 301, objects 1016, 1017, 1400-1A00; CiA 402-2, objects 6060, 6061, 6065, 60C2]
 std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config);
 
 /// The entries that prepare a drive without power for its homing procedure: what is configured of it, homing

@@ -153,7 +153,10 @@ std::string drive_eds() {
          eds_list("ManufacturerObjects", {}) + objects;
 }
 
-DriveObjects::DriveObjects(int node, int pdo) noexcept : node_(node), pdo_(pdo) { restore_all(); }
+DriveObjects::DriveObjects(int node, int pdo, uint32_t rpdo_id, uint32_t tpdo_id) noexcept
+    : node_(node), pdo_(pdo), rpdo_id_(rpdo_id), tpdo_id_(tpdo_id) {
+  restore_all();
+}
 
 void DriveObjects::restore_all() noexcept {
   restore_communication();
@@ -168,6 +171,13 @@ void DriveObjects::restore_communication() noexcept {
     const int pdo_offset = is_pdo(entry.object.index) ? 0x100 * (pdo_ - 1) : 0;
     values_[i] = entry.initial + (entry.add_node ? static_cast<uint32_t>(pdo_offset + node_) : 0);
   }
+  const auto restore_pdo = [this](Slot id, uint32_t cob_id, uint32_t first, uint32_t second) {
+    if (cob_id == 0) return;
+    const uint32_t stored[] = {cob_id, 1, 2, first, second};  // in the order of the slots
+    for (int k = 0; k < 5; ++k) values_[id + k] = stored[k];
+  };
+  restore_pdo(kRpdoId, rpdo_id_, 0x6040'0010, 0x607A'0020);
+  restore_pdo(kTpdoId, tpdo_id_, 0x6041'0010, 0x6064'0020);
 }
 
 int32_t DriveObjects::signed_value(Slot slot) const noexcept {

@@ -70,8 +70,11 @@ class DriveObjects {
 
   /// @param node  1..127, for the default COB-IDs
   /// @param pdo   1..4: which RPDO and TPDO there are, objects 1400 + pdo - 1 and so on
+  /// @param rpdo_id, tpdo_id  at power-on they have these COB-IDs, hold 6040 and 607A, 6041 and 6064, and are
+  /// on;
+  ///                          0: it is empty and off
   /// Real-time: yes.
-  DriveObjects(int node, int pdo) noexcept;
+  DriveObjects(int node, int pdo, uint32_t rpdo_id = 0, uint32_t tpdo_id = 0) noexcept;
 
   /// Gives all entries, or those below 2000 (the communication profile), their power-on values. Real-time:
   /// yes.
@@ -99,6 +102,7 @@ class DriveObjects {
   uint16_t index_of(Slot slot) const noexcept;
 
   int node_, pdo_;
+  uint32_t rpdo_id_, tpdo_id_;
   std::array<uint32_t, kSlots> values_{};
 };
 

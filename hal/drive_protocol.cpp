@@ -98,9 +98,12 @@ std::unique_ptr<SimulatedDrive> make_drive(const MasterConfig& config, int axis,
                    .encoder_period_ns = config.odrive.encoder_period_ns,
                    .watchdog_ns = config.heartbeat_timeout_ns},
         a.scale, actuator.force_limit);
+  const bool mapped = a.canopen.mapping == Mapping::kAsFound;
   return std::make_unique<Adapter<Cia402Drive>>(
       DriveSpec{.node = a.node,
                 .pdo = a.canopen.pdo,
+                .rpdo_id = mapped ? rpdo_cob_id(a) : 0,
+                .tpdo_id = mapped ? tpdo_cob_id(a) : 0,
                 .top_speed = top_speed,
                 .position_counts = position,
                 .incremental = a.canopen.reference == Reference::kHoming,

@@ -8,6 +8,8 @@ const char* describe(FaultKind kind) noexcept {
       return "no fault";
     case FaultKind::kConfiguration:
       return "configuration failed";
+    case FaultKind::kUnexpectedValue:
+      return "drive is set up otherwise";
     case FaultKind::kStartTimeout:
       return "drive did not start";
     case FaultKind::kEnableTimeout:

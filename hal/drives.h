@@ -17,21 +17,22 @@ inline constexpr int kMaxAxes = 32;
 /// and, after the semicolon, with ODrive, where OdriveAxis packs state and result.
 enum class FaultKind : uint8_t {
   kNone,
-  kConfiguration,   // a drive refused or ignored a setting in start-up [SDO abort code; not used]
-  kStartTimeout,    // a drive did not become operational [its NMT state; 1 once its heartbeat was heard]
-  kEnableTimeout,   // a drive did not reach "operation enabled" [statusword; state and result]
-  kDriveFault,      // a drive reports a fault [EMCY error code, 0 while unknown; error bits]
-  kDriveDisabled,   // a drive left "operation enabled" unasked [statusword; state and result]
-  kDriveRestarted,  // a drive left NMT operational or rebooted [its NMT state; not used]
-  kPositionJumped,  // a drive's position was another once it was enabled [not used; 0.001 rev, signed]
-  kNotReferenced,   // a drive does not know, or no longer knows, where it stands [statusword; not used]
-  kHomingFailed,    // a drive's homing procedure ended in an error [statusword; not used]
-  kHomingTimeout,   // it did not end in time [statusword; not used]
-  kHeartbeatLost,   // a drive has fallen silent [0]
-  kFeedbackLost,    // a drive lives but sends no positions [0]
-  kBusPassive,      // the bus is error-passive [0]
-  kBusOff,          // the controller is bus-off [0]
-  kBusDown          // the interface is down, or the host of a local bus is gone [0]
+  kConfiguration,    // a drive refused a setting or did not answer [SDO abort code; not used]
+  kUnexpectedValue,  // a drive shows another value than it must [that value; not used]
+  kStartTimeout,     // a drive did not become operational [its NMT state; 1 once its heartbeat was heard]
+  kEnableTimeout,    // a drive did not reach "operation enabled" [statusword; state and result]
+  kDriveFault,       // a drive reports a fault [EMCY error code, 0 while unknown; error bits]
+  kDriveDisabled,    // a drive left "operation enabled" unasked [statusword; state and result]
+  kDriveRestarted,   // a drive left NMT operational or rebooted [its NMT state; not used]
+  kPositionJumped,   // a drive's position was another once it was enabled [not used; 0.001 rev, signed]
+  kNotReferenced,    // a drive does not know, or no longer knows, where it stands [statusword; not used]
+  kHomingFailed,     // a drive's homing procedure ended in an error [statusword; not used]
+  kHomingTimeout,    // it did not end in time [statusword; not used]
+  kHeartbeatLost,    // a drive has fallen silent [0]
+  kFeedbackLost,     // a drive lives but sends no positions [0]
+  kBusPassive,       // the bus is error-passive [0]
+  kBusOff,           // the controller is bus-off [0]
+  kBusDown           // the interface is down, or the host of a local bus is gone [0]
 };
 
 /// The kind in a few words: "heartbeat lost". Real-time: yes.
@@ -40,9 +41,10 @@ const char* describe(FaultKind kind) noexcept;
 /// A latched fault. The first one is kept: what follows is mostly its consequence.
 struct DriveFault {
   FaultKind kind = FaultKind::kNone;
-  int axis = -1;        // index of the axis; -1 where the bus as a whole is meant
-  uint32_t code = 0;    // see FaultKind
-  uint32_t object = 0;  // kConfiguration with CiA 402: object index << 8 | subindex
+  int axis = -1;          // index of the axis; -1 where the bus as a whole is meant
+  uint32_t code = 0;      // see FaultKind
+  uint32_t object = 0;    // kConfiguration, kUnexpectedValue with CiA 402: object index << 8 | subindex
+  uint32_t expected = 0;  // kUnexpectedValue: what it must show
 };
 
 /// What is known of the drives and the tracker at one instant.

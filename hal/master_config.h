@@ -33,11 +33,18 @@ struct HomingConfig {
   int64_t timeout_ns = 60'000'000'000;   // for the whole procedure
 };
 
+/// Who sees to it that a drive's PDOs hold what is needed.
+enum class Mapping : uint8_t {
+  kConfigure,  // the master, at each start
+  kAsFound     // others; the master reads them and refuses what differs
+};
+
 /// What is CANopen's alone of an axis.
 struct CanopenAxis {
   int pdo = 1;           // which pair of PDOs to use, 1..4: objects 1400 + pdo - 1 and so on
   uint32_t rpdo_id = 0;  // 11-bit COB-IDs; 0: those of the predefined connection set
   uint32_t tpdo_id = 0;
+  Mapping mapping = Mapping::kConfigure;
   Reference reference = Reference::kAbsolute;
   int referenced_bit = -1;  // of the statusword, 0..15: set while the drive has a reference; -1: it has none
   HomingConfig homing{};

@@ -26,7 +26,8 @@ void SdoSequence::receive(const SdoAnswer& answer) noexcept {
       break;
     case SdoAnswer::Kind::kValue:
       if (write) break;
-      other_value_ = answer.value != step.expected;
+      found_ = answer.value;
+      other_value_ = ((answer.value ^ step.expected) & step.mask) != 0;
       if (!other_value_) next_step();
       break;
     case SdoAnswer::Kind::kOther:

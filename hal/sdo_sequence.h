@@ -11,7 +11,8 @@ namespace tendril::hal {
 /// One entry to write, or to read and compare.
 struct SdoStep {
   SdoRequest request;
-  uint32_t expected = 0;  // kRead: the value the drive must show
+  uint32_t expected = 0;        // kRead: the value the drive must show,
+  uint32_t mask = 0xFFFF'FFFF;  // in these bits
 };
 
 /// Works through a list of SDO transfers with one drive, one transfer at a time, without ever waiting.
@@ -38,13 +39,14 @@ class SdoSequence {
   Status advance(int64_t now_ns, FrameBatch& out) noexcept;
 
   /// kFailed: the abort code, SdoAbort::kTimeout where no answer came, or 0 where a read showed another
-  /// value. Real-time: yes.
+  /// value, see `found`. Real-time: yes.
   uint32_t failure() const noexcept { return failure_; }
 
-  /// kFailed: the object concerned. Real-time: yes.
-  ObjectAddress object() const noexcept {
-    return steps_.empty() ? ObjectAddress{} : steps_[at_].request.object;
-  }
+  /// kFailed: what the read showed. Real-time: yes.
+  uint32_t found() const noexcept { return found_; }
+
+  /// kFailed: the step concerned. Real-time: yes.
+  const SdoStep& step() const noexcept { return steps_[at_]; }
 
  private:
   void next_step() noexcept;
@@ -59,6 +61,7 @@ class SdoSequence {
   int64_t asked_ns_ = 0;
   uint32_t failure_ = 0;
   bool other_value_ = false;
+  uint32_t found_ = 0;
 };
 
 }  // namespace tendril::hal

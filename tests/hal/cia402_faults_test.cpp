@@ -214,8 +214,11 @@ TEST_CASE("A drive that shows another mode than it was told is refused", "[unit]
     return true;
   };
   const DriveFault fault = rig.fault();
-  CHECK(fault.kind == FaultKind::kConfiguration);
-  CHECK_THAT(rig.master.describe(fault), Catch::Contains("6061:0: reads back another value"));
+  CHECK(fault.kind == FaultKind::kUnexpectedValue);
+  CHECK(rig.master.describe(fault) ==
+        "axis 0 'cable 0' (node 1): drive is set up otherwise: object 6061:0 (the mode of operation) reads "
+        "0x1 and "
+        "must read 0x8");
 }
 
 TEST_CASE("A drive that was up already and sends no boot-up message is configured all the same", "[unit]") {

@@ -1,5 +1,7 @@
 #include "rig.h"
 
+#include "hal/cia402_setup.h"
+
 namespace tendril::hal::test {
 
 MasterConfig config_of(int axes) {
@@ -28,11 +30,14 @@ MasterConfig odrive_config_of(int axes, OdriveFirmware firmware) {
 
 void add_drives(const MasterConfig& config, std::vector<Cia402Drive>& drives) {
   for (const AxisConfig& axis : config.axes)
-    drives.emplace_back(DriveSpec{.node = axis.node,
-                                  .pdo = axis.canopen.pdo,
-                                  .position_counts = 1000.0 * axis.node,
-                                  .incremental = axis.canopen.reference == Reference::kHoming,
-                                  .referenced_bit = axis.canopen.referenced_bit});
+    drives.emplace_back(
+        DriveSpec{.node = axis.node,
+                  .pdo = axis.canopen.pdo,
+                  .rpdo_id = axis.canopen.mapping == Mapping::kAsFound ? rpdo_cob_id(axis) : 0,
+                  .tpdo_id = axis.canopen.mapping == Mapping::kAsFound ? tpdo_cob_id(axis) : 0,
+                  .position_counts = 1000.0 * axis.node,
+                  .incremental = axis.canopen.reference == Reference::kHoming,
+                  .referenced_bit = axis.canopen.referenced_bit});
 }
 
 void add_drives(const MasterConfig& config, std::vector<OdriveDrive>& drives) {

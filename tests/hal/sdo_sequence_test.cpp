@@ -66,7 +66,7 @@ TEST_CASE("An SDO sequence gives up after its attempts and says at what", "[unit
   CHECK(silent.ask(200).empty());
   CHECK(silent.status == SdoSequence::Status::kFailed);
   CHECK(silent.sequence.failure() == static_cast<uint32_t>(SdoAbort::kTimeout));
-  CHECK(silent.sequence.object() == ObjectAddress{0x6060, 0});
+  CHECK(silent.sequence.step().request.object == ObjectAddress{0x6060, 0});
 
   Client refused;
   refused.ask(0);
@@ -74,4 +74,19 @@ TEST_CASE("An SDO sequence gives up after its attempts and says at what", "[unit
   refused.ask(1);
   CHECK(refused.status == SdoSequence::Status::kFailed);
   CHECK(refused.sequence.failure() == 0x08000022);
+}
+
+TEST_CASE("A value is compared in the bits that count, and told where it is another", "[unit]") {
+  const SdoStep step{{SdoRequest::Kind::kRead, {0x1800, 1}, 0, 0}, 0x182, ~0x4000'0000u};
+  for (const bool other : {false, true}) {
+    SdoSequence sequence(2, 100, 1);
+    sequence.start({&step, 1});
+    FrameBatch out;
+    sequence.advance(0, out);
+    sequence.receive(
+        *decode_sdo_answer(*parse_frame(other ? "582#4300180183010040" : "582#4300180182010040"), 2));
+    CHECK(sequence.advance(100, out) == (other ? SdoSequence::Status::kFailed : SdoSequence::Status::kDone));
+    CHECK(sequence.failure() == 0);
+    CHECK(sequence.found() == (other ? 0x4000'0183 : 0x4000'0182));
+  }
 }
