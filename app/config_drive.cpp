@@ -51,6 +51,10 @@ void read_canopen(Reader& r, hal::CanopenAxis& axis, hal::Protocol protocol, Dim
   r.may("pdo", axis.pdo, only_with(kCanopen, protocol, Range{.at_least = 1, .at_most = 4}));
   r.may("rpdo_id", axis.rpdo_id, only_with(kCanopen, protocol, read_cob_id));
   r.may("tpdo_id", axis.tpdo_id, only_with(kCanopen, protocol, read_cob_id));
+  r.may("mapping", axis.mapping,
+        only_with(kCanopen, protocol,
+                  Words<hal::Mapping>{{"configure", hal::Mapping::kConfigure},
+                                      {"as_found", hal::Mapping::kAsFound}}));
   r.may("reference", axis.reference,
         only_with(kCanopen, protocol,
                   Words<hal::Reference>{{"absolute", hal::Reference::kAbsolute},

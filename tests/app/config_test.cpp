@@ -191,6 +191,7 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(c.actuators[1].drive.canopen.pdo == 3);
   CHECK(c.actuators[1].drive.canopen.rpdo_id == 0x442);
   CHECK(c.actuators[1].drive.canopen.tpdo_id == 0x3C2);
+  CHECK(c.actuators[1].drive.canopen.mapping == tendril::hal::Mapping::kAsFound);
   const auto& push = std::get<ForceConfig>(c.actuators[2].kind);
   CHECK(push.at.at == Vector3d(0, 0.03, 0.05));
   CHECK(push.direction.isApprox(Vector3d(0, 0.6, 0.8)));
@@ -297,6 +298,7 @@ bus: {name: can0, master_node: 1}
   CHECK(c.actuators[0].drive.canopen.reference == tendril::hal::Reference::kAbsolute);
   CHECK(c.actuators[0].drive.canopen.referenced_bit == -1);
   CHECK(c.actuators[0].drive.canopen.soft_limits);
+  CHECK(c.actuators[0].drive.canopen.mapping == tendril::hal::Mapping::kConfigure);
   CHECK(c.actuators[0].drive.canopen.following_error == 0);
   CHECK(c.fixed.line == 5);
   CHECK(c.bus.line == 14);
