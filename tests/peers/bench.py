@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 INTERFACE = "vcan0"
-PATIENCE_S = 120
+PATIENCE_S = 60
 
 
 def skip(why):
@@ -47,8 +47,9 @@ class Program:
     def __init__(self, arguments, log, **more):
         self.log = Path(log)
         with open(self.log, "wb") as output:
+            words = [str(word) for word in arguments]
             self.process = subprocess.Popen(
-                [str(word) for word in arguments], stdin=subprocess.PIPE, stdout=output, stderr=subprocess.STDOUT, **more
+                words, stdin=subprocess.PIPE, stdout=output, stderr=subprocess.STDOUT, **more
             )
 
     def __enter__(self):

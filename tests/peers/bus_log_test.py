@@ -187,7 +187,8 @@ class OdriveBusTest(BusTest):
 
     def test_an_axis_is_closed_loop_only_between_its_two_orders_and_without_an_error(self):
         for drive in DRIVES:
-            self.assertEqual([8, 1], cia402.without_repeats(self.run_.signals(f"Drive_{drive}_state", "requested_state")))
+            orders = self.run_.signals(f"Drive_{drive}_state", "requested_state")
+            self.assertEqual([8, 1], cia402.without_repeats(orders))
             states = cia402.without_repeats(self.run_.signals(f"Drive_{drive}_heartbeat", "axis_state"))
             self.assertEqual([1, 8, 1], states)
             self.assertEqual({0}, set(self.run_.signals(f"Drive_{drive}_heartbeat", "axis_error")))
