@@ -42,15 +42,17 @@ def wait_until(question, what):
 
 
 class Program:
-    """A program that runs beside the test and writes all it says into a file; killed with the object."""
+    """A program that runs beside the test and writes all it says into a file; killed with the object.
+
+    more: further arguments for Popen
+    """
 
     def __init__(self, arguments, log, **more):
         self.log = Path(log)
         with open(self.log, "wb") as output:
             words = [str(word) for word in arguments]
-            self.process = subprocess.Popen(
-                words, stdin=subprocess.PIPE, stdout=output, stderr=subprocess.STDOUT, **more
-            )
+            outputs = {"stdout": output, "stderr": output, **more}
+            self.process = subprocess.Popen(words, bufsize=0, stdin=subprocess.PIPE, **outputs)
 
     def __enter__(self):
         return self
@@ -78,7 +80,6 @@ class Program:
 
     def write_line(self, line):
         self.process.stdin.write(line.encode() + b"\n")
-        self.process.stdin.flush()
 
     def exit_code(self):
         return self.process.wait(PATIENCE_S)

@@ -24,31 +24,14 @@ COUNT_MM = 2 * 3.141592653589793 * 5 / 65536
 
 
 class Run:
-    """What a run has left: entries of the bus log, rows of the trace while targets were followed, the summary.
+    """What a run has left: entries of the bus log, rows of the trace while targets were followed, the summary."""
 
-    flood: arguments for a cangen each, which then talks all the time
-    """
-
-    def __init__(self, protocol, flood=()):
-        with contextlib.ExitStack() as stack:
-            robot = stack.enter_context(bench.Bench(bench.finger(protocol)))
-            log = stack.enter_context(bus_log.BusLog(robot.folder))
-            cangens = [
-                stack.enter_context(bench.Program(["cangen", bench.INTERFACE, *words], robot.folder / f"cangen{i}.log"))
-                for i, words in enumerate(flood)
-            ]
-            robot.start_plant()
-            with robot.start_daemon("--duration", "1") as daemon:
-                code = daemon.exit_code()
-                assert code == 0, daemon.said()
-            assert robot.plant.terminate() == 0, robot.plant.said()
-            for cangen in cangens:
-                assert cangen.process.poll() is None, cangen.said()
-            self.foreign = collections.Counter()
-            self.entries = log.entries(robot.dbc(), self.is_foreign if flood else lambda *_: False)
-            with open(robot.report / "trace.csv") as file:
-                self.rows = [row for row in csv.DictReader(file) if row["phase"] in ("approach", "run")]
-            self.summary = json.loads((robot.report / "summary.json").read_text())
+    def __init__(self, robot, log, flooded=False):
+        self.foreign = collections.Counter()
+        self.entries = log.entries(robot.dbc(), self.is_foreign if flooded else lambda *_: False)
+        with open(robot.report / "trace.csv") as file:
+            self.rows = [row for row in csv.DictReader(file) if row["phase"] in ("approach", "run")]
+        self.summary = json.loads((robot.report / "summary.json").read_text())
 
     def is_foreign(self, identifier, data):
         kind = "remote" if data.startswith("R") else "extended" if len(identifier) > 3 else identifier
@@ -63,6 +46,25 @@ class Run:
 
     def trace_mm(self, column):
         return [1e3 * float(row[column]) for row in self.rows]
+
+
+def run_with_plant(protocol, flood=()):
+    """A run of daemon and simulated robot. flood: arguments for a cangen each, which then talks all the time"""
+    with contextlib.ExitStack() as stack:
+        robot = stack.enter_context(bench.Bench(bench.finger(protocol)))
+        log = stack.enter_context(bus_log.BusLog(robot.folder))
+        cangens = [
+            stack.enter_context(bench.Program(["cangen", bench.INTERFACE, *words], robot.folder / f"cangen{i}.log"))
+            for i, words in enumerate(flood)
+        ]
+        robot.start_plant()
+        with robot.start_daemon("--duration", "1") as daemon:
+            code = daemon.exit_code()
+            assert code == 0, daemon.said()
+        assert robot.plant.terminate() == 0, robot.plant.said()
+        for cangen in cangens:
+            assert cangen.process.poll() is None, cangen.said()
+        return Run(robot, log, flooded=bool(flood))
 
 
 class BusTest(unittest.TestCase):
@@ -98,7 +100,7 @@ class BusTest(unittest.TestCase):
 class Cia402BusTest(BusTest):
     @classmethod
     def setUpClass(cls):
-        cls.run_ = Run("canopen")
+        cls.run_ = run_with_plant("canopen")
 
     def test_trace_and_bus_agree(self):
         self.check_summary(self.run_)
@@ -165,7 +167,7 @@ class FloodTest(Cia402BusTest):
     @classmethod
     def setUpClass(cls):
         kinds = (("-I", STRANGER, "-L", 8), ("-R",), ("-e",))
-        cls.run_ = Run("canopen", [("-g", 1, "-i", *kind) for kind in kinds])
+        cls.run_ = run_with_plant("canopen", [("-g", 1, "-i", *kind) for kind in kinds])
 
     def test_all_kinds_of_foreign_frames_were_there(self):
         for kind in ("remote", "extended", STRANGER):
@@ -176,7 +178,7 @@ class FloodTest(Cia402BusTest):
 class OdriveBusTest(BusTest):
     @classmethod
     def setUpClass(cls):
-        cls.run_ = Run("odrive")
+        cls.run_ = run_with_plant("odrive")
 
     def test_trace_and_bus_agree(self):
         self.check_summary(self.run_)
