@@ -1,5 +1,7 @@
 #include "hal/canopen.h"
 
+#include <algorithm>
+
 #include "hal/little_endian.h"
 
 namespace tendril::hal {
@@ -7,6 +9,8 @@ namespace {
 
 // SDO command specifiers: bits 7-5 of byte 0, with the flags of an expedited transfer below them.
 constexpr uint8_t kDownload = 0x20, kUpload = 0x40, kDownloaded = 0x60, kAborted = 0x80;
+constexpr uint8_t kUploadSegment = 0x60;  // a request; its answer has the specifier 0
+constexpr uint8_t kToggleBit = 0x10, kLastSegment = 0x01;
 constexpr uint8_t kSpecifier = 0xE0, kExpedited = 0x02, kSizeGiven = 0x01;
 
 Frame sdo_frame(uint32_t id, uint8_t command, ObjectAddress object, uint32_t value) noexcept {
@@ -31,6 +35,27 @@ int size_of(uint8_t command) noexcept { return command & kSizeGiven ? 4 - ((comm
 
 uint32_t low_bytes(uint32_t value, int size) noexcept {
   return size == 0 || size == 4 ? value : value & ((1u << (8 * size)) - 1);
+}
+
+/// Up to seven bytes, with the number of those that are not used in bits 3-1.
+Frame segment_frame(uint32_t id, const SdoAnswer& answer) noexcept {
+  Frame frame{.id = id, .length = 8};
+  frame.data[0] = static_cast<uint8_t>((answer.toggle ? kToggleBit : 0) | (7 - answer.size) << 1 |
+                                       (answer.last ? kLastSegment : 0));
+  std::copy_n(answer.segment.begin(), answer.size, frame.data.begin() + 1);
+  return frame;
+}
+
+SdoAnswer segment_of(const Frame& frame) noexcept {
+  const uint8_t command = frame.data[0];
+  SdoAnswer answer{.kind = SdoAnswer::Kind::kSegment,
+                   .object = {},
+                   .size = 7 - ((command >> 1) & 7),
+                   .value = 0,
+                   .toggle = (command & kToggleBit) != 0,
+                   .last = (command & kLastSegment) != 0};
+  std::copy_n(frame.data.begin() + 1, answer.size, answer.segment.begin());
+  return answer;
 }
 
 bool is_standard(const Frame& frame, uint32_t id, int length) noexcept {
@@ -96,6 +121,8 @@ Frame encode_sdo_request(int node, const SdoRequest& request) noexcept {
                        low_bytes(request.value, request.size));
     case SdoRequest::Kind::kRead:
       return sdo_frame(id, kUpload, request.object, 0);
+    case SdoRequest::Kind::kReadSegment:
+      return sdo_frame(id, kUploadSegment | (request.toggle ? kToggleBit : 0), {}, 0);
     default:
       return sdo_frame(id, kAborted, request.object, request.value);
   }
@@ -111,6 +138,8 @@ std::optional<SdoRequest> decode_sdo_request(const Frame& frame, int node) noexc
     request.value = low_bytes(request.value, request.size);
   } else if ((command & kSpecifier) == kUpload) {
     request.kind = SdoRequest::Kind::kRead;
+  } else if ((command & kSpecifier) == kUploadSegment) {
+    request = {.kind = SdoRequest::Kind::kReadSegment, .object = {}, .toggle = (command & kToggleBit) != 0};
   } else if ((command & kSpecifier) == kAborted) {
     request.kind = SdoRequest::Kind::kAbort;
   }
@@ -125,6 +154,10 @@ Frame encode_sdo_answer(int node, const SdoAnswer& answer) noexcept {
     case SdoAnswer::Kind::kValue:
       return sdo_frame(id, expedited(kUpload, answer.size), answer.object,
                        low_bytes(answer.value, answer.size));
+    case SdoAnswer::Kind::kSegmented:
+      return sdo_frame(id, kUpload | (answer.value != 0 ? kSizeGiven : 0), answer.object, answer.value);
+    case SdoAnswer::Kind::kSegment:
+      return segment_frame(id, answer);
     default:
       return sdo_frame(id, kAborted, answer.object, answer.value);
   }
@@ -133,6 +166,7 @@ Frame encode_sdo_answer(int node, const SdoAnswer& answer) noexcept {
 std::optional<SdoAnswer> decode_sdo_answer(const Frame& frame, int node) noexcept {
   if (!is_standard(frame, kSdoAnswerBase + node, 8)) return std::nullopt;
   const uint8_t command = frame.data[0];
+  if ((command & kSpecifier) == 0) return segment_of(frame);
   SdoAnswer answer{.object = object_of(frame), .value = get<uint32_t>(frame.data, 4)};
   if ((command & kSpecifier) == kDownloaded) {
     answer.kind = SdoAnswer::Kind::kWritten;
@@ -140,6 +174,9 @@ std::optional<SdoAnswer> decode_sdo_answer(const Frame& frame, int node) noexcep
     answer.kind = SdoAnswer::Kind::kValue;
     answer.size = size_of(command);
     answer.value = low_bytes(answer.value, answer.size);
+  } else if ((command & kSpecifier) == kUpload) {
+    answer.kind = SdoAnswer::Kind::kSegmented;
+    if (!(command & kSizeGiven)) answer.value = 0;
   } else if ((command & kSpecifier) == kAborted) {
     answer.kind = SdoAnswer::Kind::kAbort;
   }
@@ -148,10 +185,14 @@ std::optional<SdoAnswer> decode_sdo_answer(const Frame& frame, int node) noexcep
 
 const char* describe_sdo_abort(uint32_t code) noexcept {
   switch (static_cast<SdoAbort>(code)) {
+    case SdoAbort::kToggle:
+      return "toggle bit not alternated";
     case SdoAbort::kTimeout:
       return "no answer in time";
     case SdoAbort::kUnknownCommand:
       return "command not known";
+    case SdoAbort::kOutOfMemory:
+      return "out of memory";
     case SdoAbort::kUnsupportedAccess:
       return "access to this object not supported";
     case SdoAbort::kWriteOnly:

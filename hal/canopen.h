@@ -85,8 +85,10 @@ struct ObjectAddress {
 
 /// Reasons for which an SDO transfer ends early, with their codes on the wire.
 enum class SdoAbort : uint32_t {
+  kToggle = 0x0503'0000,
   kTimeout = 0x0504'0000,
   kUnknownCommand = 0x0504'0001,
+  kOutOfMemory = 0x0504'0005,
   kUnsupportedAccess = 0x0601'0000,
   kWriteOnly = 0x0601'0001,
   kReadOnly = 0x0601'0002,
@@ -111,22 +113,29 @@ enum class SdoAbort : uint32_t {
 /// The reason in words; codes of no known meaning say so. Real-time: yes.
 const char* describe_sdo_abort(uint32_t code) noexcept;
 
-/// What a client asks of a server. Only expedited transfers (up to 4 bytes) are spoken here.
+/// What a client asks of a server: expedited transfers (up to 4 bytes), and to read longer objects in
+/// segments.
 struct SdoRequest {
-  enum class Kind : uint8_t { kWrite, kRead, kAbort, kOther };
+  enum class Kind : uint8_t { kWrite, kRead, kReadSegment, kAbort, kOther };
   Kind kind = Kind::kOther;
-  ObjectAddress object;
-  int size = 0;        // kWrite: bytes, 1..4; 0 where the client did not say
-  uint32_t value = 0;  // kWrite: the data; kAbort: the abort code
+  ObjectAddress object;  // not of kReadSegment
+  int size = 0;          // kWrite: bytes, 1..4; 0 where the client did not say
+  uint32_t value = 0;    // kWrite: the data; kAbort: the abort code
+  bool toggle = false;   // kReadSegment: false for the first one, then alternating
 };
 
 /// What a server answers.
 struct SdoAnswer {
-  enum class Kind : uint8_t { kWritten, kValue, kAbort, kOther };
+  enum class Kind : uint8_t { kWritten, kValue, kSegmented, kSegment, kAbort, kOther };
   Kind kind = Kind::kOther;
-  ObjectAddress object;
-  int size = 0;        // kValue: bytes, 1..4; 0 where the server did not say
-  uint32_t value = 0;  // kValue: the data, zero-extended; kAbort: the abort code
+  ObjectAddress object;  // not of kSegment
+  int size = 0;          // kValue: bytes, 1..4; 0 where the server did not say; kSegment: bytes, 0..7
+  // kValue: the data, zero-extended; kSegmented: bytes to come, 0 where the server did not say; kAbort: the
+  // abort code
+  uint32_t value = 0;
+  bool toggle = false;  // kSegment: that of the request
+  bool last = false;    // kSegment: none follows
+  std::array<uint8_t, 7> segment{};
 };
 
 /// The frame of a request.
@@ -135,8 +144,8 @@ struct SdoAnswer {
 /// Real-time: yes.
 Frame encode_sdo_request(int node, const SdoRequest& request) noexcept;
 
-/// Reads a request. @return nothing where the frame is no SDO request to `node`; kOther for segmented and
-/// block transfers. Real-time: yes.
+/// Reads a request. @return nothing where the frame is no SDO request to `node`; kOther for segmented writes
+/// and block transfers. Real-time: yes.
 std::optional<SdoRequest> decode_sdo_request(const Frame& frame, int node) noexcept;
 
 /// The frame of an answer.
@@ -145,8 +154,8 @@ std::optional<SdoRequest> decode_sdo_request(const Frame& frame, int node) noexc
 /// Real-time: yes.
 Frame encode_sdo_answer(int node, const SdoAnswer& answer) noexcept;
 
-/// Reads an answer. @return nothing where the frame is no SDO answer of `node`; kOther for segmented and
-/// block transfers. Real-time: yes.
+/// Reads an answer. @return nothing where the frame is no SDO answer of `node`; kOther for segmented writes
+/// and block transfers. Real-time: yes.
 std::optional<SdoAnswer> decode_sdo_answer(const Frame& frame, int node) noexcept;
 
 }  // namespace tendril::hal

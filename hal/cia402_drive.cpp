@@ -122,6 +122,7 @@ void Cia402Drive::obey_nmt(NmtCommand command) noexcept {
       break;
   }
   has_pending_rpdo_ = false;
+  upload_left_ = {};
   syncs_since_tpdo_ = 0;
   // No setpoints come outside NMT operational: a drive that was following them must stop, as with the
   // connection lost [CiA 402-2, abort connection option 6007 = 1].
@@ -129,14 +130,16 @@ void Cia402Drive::obey_nmt(NmtCommand command) noexcept {
 }
 
 void Cia402Drive::serve_sdo(const SdoRequest& request, FrameBatch& out) noexcept {
+  if (request.kind != SdoRequest::Kind::kReadSegment) upload_left_ = {};
   switch (request.kind) {
     case SdoRequest::Kind::kWrite:
       out.push(encode_sdo_answer(node_, write(request, out)));
       break;
     case SdoRequest::Kind::kRead:
-      objects_.set(DriveObjects::kStatusword, statusword());
-      objects_.set(DriveObjects::kActualPosition, static_cast<uint32_t>(actual_counts()));
-      out.push(encode_sdo_answer(node_, objects_.read(request.object)));
+      out.push(encode_sdo_answer(node_, read(request.object)));
+      break;
+    case SdoRequest::Kind::kReadSegment:
+      out.push(encode_sdo_answer(node_, next_segment(request.toggle)));
       break;
     case SdoRequest::Kind::kAbort:
       break;
@@ -145,6 +148,39 @@ void Cia402Drive::serve_sdo(const SdoRequest& request, FrameBatch& out) noexcept
           node_, {SdoAnswer::Kind::kAbort, request.object, 0, code(SdoAbort::kUnknownCommand)}));
       break;
   }
+}
+
+SdoAnswer Cia402Drive::read(ObjectAddress object) noexcept {
+  if (const std::string_view text = DriveObjects::text(object); !text.empty()) {
+    upload_ = object;
+    upload_left_ = text;
+    upload_toggle_ = false;
+    return {.kind = SdoAnswer::Kind::kSegmented,
+            .object = object,
+            .size = 0,
+            .value = static_cast<uint32_t>(text.size())};
+  }
+  objects_.set(DriveObjects::kStatusword, statusword());
+  objects_.set(DriveObjects::kActualPosition, static_cast<uint32_t>(actual_counts()));
+  return objects_.read(object);
+}
+
+SdoAnswer Cia402Drive::next_segment(bool toggle) noexcept {
+  const bool running = !upload_left_.empty(), in_turn = toggle == upload_toggle_;
+  if (!running || !in_turn) {
+    upload_left_ = {};
+    return {.kind = SdoAnswer::Kind::kAbort,
+            .object = upload_,
+            .size = 0,
+            .value = code(running ? SdoAbort::kToggle : SdoAbort::kUnknownCommand)};
+  }
+  SdoAnswer answer{.kind = SdoAnswer::Kind::kSegment, .object = {}, .size = 0, .value = 0, .toggle = toggle};
+  answer.size = static_cast<int>(std::min(upload_left_.size(), answer.segment.size()));
+  std::copy_n(upload_left_.begin(), answer.size, answer.segment.begin());
+  upload_left_.remove_prefix(static_cast<size_t>(answer.size));
+  answer.last = upload_left_.empty();
+  upload_toggle_ = !upload_toggle_;
+  return answer;
 }
 
 SdoAnswer Cia402Drive::write(const SdoRequest& request, FrameBatch& out) noexcept {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
 #include "hal/cia402.h"
 #include "hal/drive_objects.h"
@@ -34,7 +35,7 @@ struct DriveSpec {
 /// interpolation period, following-error window, soft limits. Its axis moves as Servo does: the target
 /// positions are interpolated over the interpolation period, their rate is fed forward, and without
 /// "operation enabled" the position stays where it is. Positions are told in whole counts. Not spoken:
-/// segmented SDO, more than one pair of PDOs, SYNC counters, node guarding.
+/// segmented writes, block SDO, more than one pair of PDOs, SYNC counters, node guarding.
 class Cia402Drive {
  public:
   /// Powers the drive on; its boot-up message comes with the first `advance`. Real-time: yes.
@@ -80,6 +81,8 @@ class Cia402Drive {
   void obey_nmt(NmtCommand command) noexcept;
   void serve_sdo(const SdoRequest& request, FrameBatch& out) noexcept;
   SdoAnswer write(const SdoRequest& request, FrameBatch& out) noexcept;
+  SdoAnswer read(ObjectAddress object) noexcept;
+  SdoAnswer next_segment(bool toggle) noexcept;
   uint32_t refuse_pdo_setting(DriveObjects::Slot slot, uint32_t value) const noexcept;
   void on_rpdo(const Frame& frame, FrameBatch& out) noexcept;
   void on_sync(FrameBatch& out) noexcept;
@@ -119,6 +122,10 @@ class Cia402Drive {
   double homing_speed_ = 0;  // counts/s
   bool referenced_;
   uint16_t referenced_mask_;
+
+  ObjectAddress upload_;          // that is read in segments
+  std::string_view upload_left_;  // empty: none is
+  bool upload_toggle_ = false;    // of the next segment
 
   Frame pending_rpdo_;  // waits for SYNC
   bool has_pending_rpdo_ = false;

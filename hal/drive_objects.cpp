@@ -73,6 +73,16 @@ constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
     {{0x6502, 0}, "Supported drive modes", 4, Right::kRead, 1u << (kModeCyclicPosition - 1), 0, kAnyU32},
 }};
 
+struct TextEntry {
+  uint16_t index;
+  const char* name;
+  std::string_view text;
+};
+
+constexpr std::array<TextEntry, 3> kTexts = {{{0x1008, "Device name", "tendril-plant"},
+                                              {0x1009, "Hardware version", "simulated"},
+                                              {0x100A, "Software version", "1.0"}}};
+
 constexpr int bytes_of(const Entry& entry) noexcept { return entry.size < 0 ? -entry.size : entry.size; }
 
 /// Whether an object is of PDO parameters or mappings.
@@ -144,6 +154,13 @@ std::string drive_eds() {
       objects += text_of("[%04Xsub0]\n", index) + eds_entry(kEntries[i]);
     }
   }
+  for (const TextEntry& entry : kTexts) {
+    optional.push_back(entry.index);
+    objects += text_of("[%04X]\nParameterName=%s\nObjectType=0x7\nDataType=0x0009\nAccessType=const\n",
+                       static_cast<unsigned>(entry.index), entry.name) +
+               text_of("DefaultValue=%s\nPDOMapping=0\n\n", entry.text.data());
+  }
+  std::sort(optional.begin(), optional.end());
   return "[FileInfo]\nFileName=tendril-drive.eds\nFileVersion=1\nFileRevision=1\nEDSVersion=4.0\n"
          "Description=The simulated CiA 402 drive of tendril-plant\n\n"
          "[DeviceInfo]\nVendorName=Tendril\nVendorNumber=0x0\nProductName=tendril-plant\nProductNumber="
@@ -203,7 +220,15 @@ DriveObjects::Slot DriveObjects::find(ObjectAddress object) const noexcept {
   return kSlots;
 }
 
+std::string_view DriveObjects::text(ObjectAddress object) noexcept {
+  for (const TextEntry& entry : kTexts)
+    if (entry.index == object.index && object.sub == 0) return entry.text;
+  return {};
+}
+
 uint32_t DriveObjects::missing(ObjectAddress object) const noexcept {
+  for (const TextEntry& entry : kTexts)
+    if (entry.index == object.index) return code(SdoAbort::kNoSubindex);
   for (int i = 0; i < kSlots; ++i)
     if (index_of(static_cast<Slot>(i)) == object.index) return code(SdoAbort::kNoSubindex);
   return code(SdoAbort::kNoObject);
@@ -217,6 +242,7 @@ SdoAnswer DriveObjects::read(ObjectAddress object) const noexcept {
 
 DriveObjects::Access DriveObjects::check_write(const SdoRequest& request) const noexcept {
   const Slot slot = find(request.object);
+  if (!text(request.object).empty()) return {slot, code(SdoAbort::kReadOnly)};
   if (slot == kSlots) return {slot, missing(request.object)};
   const Entry& entry = kEntries[slot];
   const int bytes = bytes_of(entry);

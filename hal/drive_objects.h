@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "hal/canopen.h"
 
@@ -90,8 +91,11 @@ class DriveObjects {
   /// Sets a value without any check. Real-time: yes.
   void set(Slot slot, uint32_t value) noexcept;
 
-  /// Answers a read. Real-time: yes.
+  /// Answers a read of all but texts. Real-time: yes.
   SdoAnswer read(ObjectAddress object) const noexcept;
+
+  /// The text that an object holds; empty where it holds none. Real-time: yes.
+  static std::string_view text(ObjectAddress object) noexcept;
 
   /// Checks a write against existence, access right, size and range, and changes nothing. Real-time: yes.
   Access check_write(const SdoRequest& request) const noexcept;

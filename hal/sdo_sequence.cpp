@@ -30,7 +30,7 @@ void SdoSequence::receive(const SdoAnswer& answer) noexcept {
       other_value_ = ((answer.value ^ step.expected) & step.mask) != 0;
       if (!other_value_) next_step();
       break;
-    case SdoAnswer::Kind::kOther:
+    default:  // what is compared here fits four bytes
       break;
   }
 }

@@ -73,14 +73,53 @@ TEST_CASE("SDO transfers of every size read back, cut to their size", "[unit]") 
   }
 }
 
-TEST_CASE("Segmented and block SDO transfers are recognised as not spoken", "[unit]") {
+TEST_CASE("Segments of every length read back", "[unit]") {
+  for (const bool toggle : {false, true}) {
+    const auto request = decode_sdo_request(
+        encode_sdo_request(
+            7,
+            {.kind = SdoRequest::Kind::kReadSegment, .object = {}, .size = 0, .value = 0, .toggle = toggle}),
+        7);
+    REQUIRE(request);
+    CHECK(request->kind == SdoRequest::Kind::kReadSegment);
+    CHECK(request->toggle == toggle);
+    for (int size = 0; size <= 7; ++size) {
+      SdoAnswer sent;
+      sent.kind = SdoAnswer::Kind::kSegment;
+      sent.size = size;
+      sent.toggle = toggle;
+      sent.last = size % 2 == 0;
+      for (int i = 0; i < size; ++i) sent.segment[i] = static_cast<uint8_t>('a' + i);
+      const auto answer = decode_sdo_answer(encode_sdo_answer(7, sent), 7);
+      REQUIRE(answer);
+      CHECK(answer->kind == SdoAnswer::Kind::kSegment);
+      CHECK(answer->size == size);
+      CHECK(answer->toggle == toggle);
+      CHECK(answer->last == sent.last);
+      CHECK(answer->segment == sent.segment);
+    }
+  }
+  CHECK(to_text(encode_sdo_request(
+            2,
+            {.kind = SdoRequest::Kind::kReadSegment, .object = {}, .size = 0, .value = 0, .toggle = true})) ==
+        "602#7000000000000000");
+  const auto last = decode_sdo_answer(*parse_frame("582#1968656C00000000"), 2);
+  CHECK(last->size == 3);
+  CHECK(last->last);
+  CHECK(last->toggle);
+}
+
+TEST_CASE("Segmented writes and block SDO transfers are recognised as not spoken", "[unit]") {
   for (const char* text : {"602#2118100064000000", "602#0068656C6C6F0000", "602#C618100100000000"}) {
     CAPTURE(text);
     const auto request = decode_sdo_request(*parse_frame(text), 2);
     REQUIRE(request);
     CHECK(request->kind == SdoRequest::Kind::kOther);
   }
-  CHECK(decode_sdo_answer(*parse_frame("582#4108100012000000"), 2)->kind == SdoAnswer::Kind::kOther);
+  CHECK(decode_sdo_answer(*parse_frame("582#C408100012000000"), 2)->kind == SdoAnswer::Kind::kOther);
+  const auto announced = decode_sdo_answer(*parse_frame("582#4108100012000000"), 2);
+  CHECK(announced->kind == SdoAnswer::Kind::kSegmented);
+  CHECK(announced->value == 0x12);
 }
 
 TEST_CASE("Codes are told in words", "[unit]") {

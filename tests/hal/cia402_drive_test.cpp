@@ -140,6 +140,23 @@ TEST_CASE("The object dictionary answers with values or with the right abort cod
   CHECK(bench.sdo("4000100000000000") == "no answer");  // stopped nodes speak no SDO
 }
 
+TEST_CASE("A drive tells its name in segments, and keeps to the toggle bit", "[unit]") {
+  Bench bench;
+  bench.advance(0);
+  CHECK(bench.sdo("4008100000000000") == "410810000D000000");  // 13 bytes
+  CHECK(bench.sdo("6000000000000000") == "0074656E6472696C");  // "tendril"
+  CHECK(bench.sdo("7000000000000000") == "132D706C616E7400");  // "-plant", the last
+  CHECK(bench.sdo("6000000000000000") == "8008100001000405");  // there is no more
+  CHECK(bench.sdo("4008100000000000") == "410810000D000000");
+  CHECK(bench.sdo("7000000000000000") == "8008100000000305");  // toggle bit not alternated
+  CHECK(bench.sdo("6000000000000000") == "8008100001000405");  // which has ended the transfer
+  bench.sdo("4008100000000000");
+  CHECK(bench.sdo("8008100000000405") == "no answer");
+  CHECK(bench.sdo("6000000000000000") == "8008100001000405");  // as does an abort
+  CHECK(bench.sdo("4008100100000000") == "8008100111000906");  // no such subindex
+  CHECK(bench.sdo("2308100061626364") == "8008100002000106");  // read-only
+}
+
 TEST_CASE("PDOs can be mapped only in the order and with the objects of the standard", "[unit]") {
   Bench bench;
   bench.advance(0);
