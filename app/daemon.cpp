@@ -43,12 +43,14 @@ struct StopAtExit {
 class Housekeeping {
  public:
   Housekeeping(const Config& config, const DaemonOptions& options, Channels& channels,
-               const ModelThread& model, rt::EffectorVector rest, RunRecorder* recorder,
-               ServiceManager& service)
+               const ModelThread& model, const hal::DriveMaster& master, rt::EffectorVector rest,
+               RunRecorder* recorder, ServiceManager& service)
       : config_(config),
         options_(options),
         channels_(channels),
         model_(model),
+        master_(master),
+        introduced_(config.actuators.size(), false),
         rest_(std::move(rest)),
         recorder_(recorder),
         service_(service) {}
@@ -64,6 +66,7 @@ class Housekeeping {
                             1e-9 * static_cast<double>(now_ns - running_since_ns_) > options_.duration_s;
     if (stop_signalled() || time_is_up) channels_.requests.stop = true;
     drain();
+    introduce_drives();
     service_.feed_watchdog(now_ns, cycles_);
     if (now_ns - told_ns_ >= kProgress_ns) {
       tell_status(now_ns);
@@ -89,6 +92,17 @@ class Housekeeping {
   }
 
  private:
+  /// Tells which drives have answered, each once.
+  void introduce_drives() {
+    for (std::size_t i = 0; i < introduced_.size(); ++i) {
+      if (introduced_[i]) continue;
+      const std::string identity = master_.identity(static_cast<int>(i));
+      if (identity.empty()) continue;
+      introduced_[i] = true;
+      spdlog::info("{}", identity);
+    }
+  }
+
   /// Tells of a change in what is wrong, at most once in a while.
   void tell_faults(rt::FaultSet faults, std::int64_t now_ns) {
     if (now_ns < next_tale_ns_) return;
@@ -164,7 +178,9 @@ class Housekeeping {
   const DaemonOptions& options_;
   Channels& channels_;
   const ModelThread& model_;
-  rt::EffectorVector rest_;  // where effectors that do not move stay
+  const hal::DriveMaster& master_;
+  std::vector<bool> introduced_;  // one a drive
+  rt::EffectorVector rest_;       // where effectors that do not move stay
   RunRecorder* recorder_;
   ServiceManager& service_;
   std::optional<Motion> motion_;
@@ -211,8 +227,8 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   ModelThread model(*robot, config, *channels);
   ServiceManager service;
   {
-    Housekeeping housekeeping(config, options, *channels, model, rest, recorder ? &*recorder : nullptr,
-                              service);
+    Housekeeping housekeeping(config, options, *channels, model, *master, rest,
+                              recorder ? &*recorder : nullptr, service);
     rt::RealtimeThread control({"control", config.control.priority, config.control.cpu},
                                options.allow_non_rt ? rt::RtRights::kIgnore : rt::RtRights::kRequire, [&] {
                                  rt::PeriodicClock clock(config.control.rate_hz);

@@ -9,6 +9,8 @@ namespace {
 // NMT start is repeated: it is the one order of start-up that no answer confirms at once.
 constexpr int64_t kNmtRepeat_ns = 100'000'000;
 
+constexpr uint16_t kNameObjects[] = {0x1008, 0x1009, 0x100A};
+
 // How long the fault-reset bit keeps each level: drives sample it in a slow loop.
 constexpr int64_t kResetHold_ns = 10'000'000;
 
@@ -40,7 +42,8 @@ Cia402Axis::Cia402Axis(const AxisConfig& axis, const MasterConfig& config)
       referenced_mask_(
           static_cast<uint16_t>(axis.canopen.referenced_bit < 0 ? 0 : 1u << axis.canopen.referenced_bit)),
       homing_timeout_ns_(axis.canopen.homing.timeout_ns),
-      sdo_(axis.node, config.canopen.sdo_timeout_ns, config.canopen.sdo_attempts) {}
+      sdo_(axis.node, config.canopen.sdo_timeout_ns, config.canopen.sdo_attempts),
+      upload_(axis.node, config.canopen.sdo_timeout_ns, config.canopen.sdo_attempts) {}
 
 void Cia402Axis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
   if (const auto feedback = decode_drive_feedback(tpdo_id_, frame)) {
@@ -50,7 +53,10 @@ void Cia402Axis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
   } else if (const auto emergency = decode_emergency(frame, node_)) {
     on_emergency(*emergency);
   } else if (const auto answer = decode_sdo_answer(frame, node_)) {
-    sdo_.receive(*answer);
+    if (stage_ == Stage::kIdentifying)
+      upload_.receive(*answer);
+    else
+      sdo_.receive(*answer);
   }
 }
 
@@ -59,6 +65,7 @@ void Cia402Axis::on_heartbeat(NmtState state, int64_t arrival_ns) noexcept {
   heartbeat_ns_ = arrival_ns;
   switch (stage_) {
     case Stage::kBooting:
+    case Stage::kIdentifying:
     case Stage::kConfiguring:
     case Stage::kStarting:
       if (state == NmtState::kBootUp) configure();  // whatever it had been told, it has forgotten
@@ -151,6 +158,9 @@ void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
       break;
     case Stage::kBooting:
       if (now_ns - stage_since_ns_ > config_.canopen.boot_timeout_ns) configure();
+      break;
+    case Stage::kIdentifying:
+      identify(now_ns, out);
       break;
     case Stage::kConfiguring:
       switch (sdo_.advance(now_ns, out)) {
@@ -263,8 +273,8 @@ void Cia402Axis::release(FrameBatch& out) noexcept {
 }
 
 bool Cia402Axis::setting_up() const noexcept {
-  return stage_ == Stage::kReset || stage_ == Stage::kConfiguring || stage_ == Stage::kReleasing ||
-         phase_ == Phase::kPreparing;
+  return stage_ == Stage::kReset || stage_ == Stage::kIdentifying || stage_ == Stage::kConfiguring ||
+         stage_ == Stage::kReleasing || phase_ == Phase::kPreparing;
 }
 
 bool Cia402Axis::needs_homing() const noexcept {
@@ -289,8 +299,31 @@ bool Cia402Axis::disabled() const noexcept {
 double Cia402Axis::position() const noexcept { return scale_.to_displacement(position_); }
 
 void Cia402Axis::configure() noexcept {
-  stage_ = Stage::kConfiguring;
-  sdo_.start(setup_steps_);
+  if (identified()) {
+    stage_ = Stage::kConfiguring;
+    sdo_.start(setup_steps_);
+  } else {
+    stage_ = Stage::kIdentifying;
+    named_ = 0;
+    upload_.start({kNameObjects[0], 0});
+  }
+}
+
+/// What the drive is called; it need not tell, but it has to answer.
+void Cia402Axis::identify(int64_t now_ns, FrameBatch& out) noexcept {
+  const SdoUpload::Status status = upload_.advance(now_ns, out);
+  if (status == SdoUpload::Status::kRunning) return;
+  if (upload_.failure() == static_cast<uint32_t>(SdoAbort::kTimeout)) {
+    fail(FaultKind::kConfiguration, upload_.failure());
+    fault_.object = static_cast<uint32_t>(kNameObjects[named_]) << 8;
+    stage_ = Stage::kFailed;
+    return;
+  }
+  const std::string_view text = status == SdoUpload::Status::kDone ? upload_.text() : std::string_view{};
+  std::copy(text.begin(), text.end(), names_[named_].begin());
+  name_sizes_[named_] = static_cast<int>(text.size());
+  if (++named_ == kNames) return configure();
+  upload_.start({kNameObjects[named_], 0});
 }
 
 void Cia402Axis::fail(FaultKind kind, uint32_t code) noexcept {

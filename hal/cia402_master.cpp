@@ -23,6 +23,15 @@ std::string format(const char* pattern, auto... values) {
   return text;
 }
 
+/// What a drive says, fit for a log; some pad it with blanks or zeros.
+std::string printable(std::string_view text) {
+  std::string result(text.substr(0, text.find('\0')));
+  for (char& c : result)
+    if (c < ' ' || c > '~') c = '?';
+  result.erase(result.find_last_not_of(' ') + 1);
+  return result;
+}
+
 /// "object 1600:2 (the second object in RPDO 1)".
 std::string object_text(uint32_t object) {
   return format("object %04X:%u", object >> 8, object & 0xFF) + describe_set_up_object(object);
@@ -79,6 +88,8 @@ void Cia402Master::set_up(int64_t now_ns, FrameBatch& out) noexcept {
   int busy = 0;
   for (Cia402Axis& axis : axes_)
     if (!axis.setting_up() || ++busy <= kSetUpAtOnce) axis.set_up(now_ns, out);
+  for (size_t i = 0; i < axes_.size(); ++i)
+    if (axes_[i].identified()) identified_[i].store(true, std::memory_order_release);
 }
 
 /// @return the axis whose turn it is; -1: none, or not yet
@@ -89,6 +100,16 @@ int Cia402Master::axis_to_home() const noexcept {
   for (size_t i = 0; i < axes_.size(); ++i)
     if (axes_[i].needs_homing()) return static_cast<int>(i);
   return -1;
+}
+
+std::string Cia402Master::identity(int axis) const {
+  if (!identified_[static_cast<size_t>(axis)].load(std::memory_order_acquire)) return "";
+  const Cia402Axis& a = axes_[static_cast<size_t>(axis)];
+  const std::string device = printable(a.name(0)), hardware = printable(a.name(1)),
+                    software = printable(a.name(2));
+  return name_of(config_, axis) + ": " + (device.empty() ? "a drive that does not tell its name" : device) +
+         (hardware.empty() ? "" : ", hardware " + hardware) +
+         (software.empty() ? "" : ", software " + software);
 }
 
 std::string Cia402Master::describe(const DriveFault& fault) const {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <atomic>
 #include <string>
 #include <vector>
 
@@ -31,6 +33,7 @@ class Cia402Master final : public DriveMaster {
   const Measurement& measure(BusHealth health, int64_t now_ns) noexcept override;
   void command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept override;
   std::string describe(const DriveFault& fault) const override;
+  std::string identity(int axis) const override;
 
  private:
   void set_up(int64_t now_ns, FrameBatch& out) noexcept;
@@ -40,7 +43,8 @@ class Cia402Master final : public DriveMaster {
   std::vector<Cia402Axis> axes_;
   Supervisor supervisor_;
   int64_t next_heartbeat_ns_ = 0;
-  int64_t synced_ns_ = 0;  // when the last SYNC went out
+  int64_t synced_ns_ = 0;                                 // when the last SYNC went out
+  std::array<std::atomic<bool>, kMaxAxes> identified_{};  // the axis' names are there for other threads
 };
 
 }  // namespace tendril::hal

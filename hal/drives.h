@@ -111,6 +111,11 @@ class DriveMaster {
   /// Real-time: no (allocates).
   virtual std::string describe(const DriveFault& fault) const = 0;
 
+  /// What drive has answered for an axis, in one sentence for the log, where the protocol lets it tell.
+  /// @return  empty as long as it has not, or never; the same ever after
+  /// Real-time: no (allocates). May be called while another thread runs the cycles.
+  virtual std::string identity(int /*axis*/) const { return ""; }
+
  protected:
   DriveMaster() = default;
   DriveMaster(const DriveMaster&) = delete;

@@ -144,6 +144,9 @@ TEST_CASE("A run of two seconds ends with exit code 0, a whole report and no fau
   const Ended ended = run(bench.daemon({"--duration", "2", "--report", bench.report().string()}));
   INFO(ended.err);
   REQUIRE(ended.code == 0);
+  CHECK_THAT(ended.err,
+             Catch::Contains("axis 0 'right' (node 1): tendril-plant, hardware simulated, software 1.0") &&
+                 Catch::Contains("axis 1 'left' (node 2): tendril-plant"));
   const nlohmann::json summary = read_summary(bench.report());
   check_summary(summary, bench.bus());
   check_trace(read_trace(bench.report()), summary);

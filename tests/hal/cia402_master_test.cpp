@@ -22,6 +22,9 @@ TEST_CASE("Start-up configures node 2 with the frames of the notes, in their ord
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
   const char* expected[] = {"000#8202",  // reset communication
                             "702#00",    // boot-up
+                            "602#4008100000000000",
+                            "602#4009100000000000",
+                            "602#400A100000000000",  // what it is called
                             "602#2316100196007F00",
                             "602#2B17100032000000",  // heartbeats both ways
                             "602#2300140102020080",
@@ -52,6 +55,35 @@ TEST_CASE("Start-up configures node 2 with the frames of the notes, in their ord
     at = rig.find(text, at);
     REQUIRE(at >= 0);
   }
+}
+
+TEST_CASE("Drives tell what they are, those that can", "[unit]") {
+  Rig rig(config_of(2));
+  rig.tamper = [](int axis, Frame& frame) {
+    const auto answer = decode_sdo_answer(frame, 2);
+    if (axis == 1 && answer && answer->object.index >= 0x1008 && answer->object.index <= 0x100A)
+      frame = encode_sdo_answer(
+          2, {.kind = SdoAnswer::Kind::kAbort, .object = answer->object, .size = 0, .value = 0x06020000});
+    return true;
+  };
+  CHECK(rig.master.identity(0).empty());
+  REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
+  CHECK(rig.master.identity(0) ==
+        "axis 0 'cable 0' (node 1): tendril-plant, hardware simulated, software 1.0");
+  CHECK(rig.master.identity(1) == "axis 1 'cable 1' (node 2): a drive that does not tell its name");
+}
+
+TEST_CASE("A name is shown as far as it can be read", "[unit]") {
+  Rig rig(config_of(1));
+  rig.tamper = [](int, Frame& frame) {
+    const auto answer = decode_sdo_answer(frame, 1);
+    if (answer && answer->object == ObjectAddress{0x1008, 0})  // in one frame, with padding
+      frame = encode_sdo_answer(
+          1, {.kind = SdoAnswer::Kind::kValue, .object = answer->object, .size = 4, .value = 0x00200741});
+    return true;
+  };
+  REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
+  CHECK_THAT(rig.master.identity(0), Catch::Contains(": A?, hardware"));
 }
 
 TEST_CASE("Any of the four pairs of PDOs serves an axis, with COB-IDs of its own", "[unit]") {
