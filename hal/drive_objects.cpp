@@ -23,6 +23,8 @@ struct Entry {
 
 constexpr int64_t kAnyU8 = 0xFF, kAnyU16 = 0xFFFF, kAnyU32 = 0xFFFF'FFFF;
 
+constexpr uint32_t kModes = 1u << (kModeHoming - 1) | 1u << (kModeCyclicPosition - 1);
+
 // In the order of DriveObjects::Slot. 1000 reads: profile 402 (0x192), servo drive (bit 17); of 6502,
 // bit n - 1 stands for mode n.
 constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
@@ -70,7 +72,7 @@ constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
     {{0x60C2, 0}, "Interpolation period", 1, Right::kRead, 2, 0, kAnyU8},
     {{0x60C2, 1}, "Interpolation period value", 1, Right::kWrite, 1, 1, 255},
     {{0x60C2, 2}, "Interpolation period exponent", -1, Right::kWrite, 0xFD, -6, 0},
-    {{0x6502, 0}, "Supported drive modes", 4, Right::kRead, 1u << (kModeCyclicPosition - 1), 0, kAnyU32},
+    {{0x6502, 0}, "Supported drive modes", 4, Right::kRead, kModes, 0, kAnyU32},
 }};
 
 struct TextEntry {

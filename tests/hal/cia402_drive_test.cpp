@@ -121,7 +121,7 @@ TEST_CASE("The object dictionary answers with values or with the right abort cod
   CHECK(bench.sdo("4018100000000000") == "4F18100004000000");  // 1018:0
   CHECK(bench.sdo("4005100000000000") == "4305100080000000");  // 1005: SYNC is 080
   CHECK(bench.sdo("4014100000000000") == "4314100082000000");  // 1014: EMCY is 080 + node
-  CHECK(bench.sdo("4002650000000000") == "4302650080000000");  // 6502: bit 7, CSP
+  CHECK(bench.sdo("4002650000000000") == "43026500A0000000");  // 6502: bits 5 and 7, homing and CSP
   CHECK(bench.sdo("4064600000000000") == "43646000F4010000");  // 6064 = 500
   CHECK(bench.sdo("4041600000000000") == "4B41600050020000");  // 6041: switch on disabled, remote, voltage
   CHECK(bench.sdo("2F60600008000000") == "6060600000000000");  // 6060 = 8
