@@ -9,8 +9,6 @@ namespace {
 // NMT start is repeated: it is the one order of start-up that no answer confirms at once.
 constexpr int64_t kNmtRepeat_ns = 100'000'000;
 
-constexpr uint16_t kNameObjects[] = {0x1008, 0x1009, 0x100A};
-
 // How long the fault-reset bit keeps each level: drives sample it in a slow loop.
 constexpr int64_t kResetHold_ns = 10'000'000;
 
@@ -43,7 +41,7 @@ Cia402Axis::Cia402Axis(const AxisConfig& axis, const MasterConfig& config)
           static_cast<uint16_t>(axis.canopen.referenced_bit < 0 ? 0 : 1u << axis.canopen.referenced_bit)),
       homing_timeout_ns_(axis.canopen.homing.timeout_ns),
       sdo_(axis.node, config.canopen.sdo_timeout_ns, config.canopen.sdo_attempts),
-      upload_(axis.node, config.canopen.sdo_timeout_ns, config.canopen.sdo_attempts) {}
+      names_(axis.node, config.canopen.sdo_timeout_ns, config.canopen.sdo_attempts) {}
 
 void Cia402Axis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
   if (const auto feedback = decode_drive_feedback(tpdo_id_, frame)) {
@@ -54,7 +52,7 @@ void Cia402Axis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
     on_emergency(*emergency);
   } else if (const auto answer = decode_sdo_answer(frame, node_)) {
     if (stage_ == Stage::kIdentifying)
-      upload_.receive(*answer);
+      names_.receive(*answer);
     else
       sdo_.receive(*answer);
   }
@@ -160,7 +158,16 @@ void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
       if (now_ns - stage_since_ns_ > config_.canopen.boot_timeout_ns) configure();
       break;
     case Stage::kIdentifying:
-      identify(now_ns, out);
+      switch (names_.advance(now_ns, out)) {
+        case SdoUpload::Status::kRunning:
+          break;
+        case SdoUpload::Status::kDone:
+          configure();
+          break;
+        case SdoUpload::Status::kFailed:
+          fail_sdo(FaultKind::kConfiguration, static_cast<uint32_t>(SdoAbort::kTimeout), names_.object(), 0);
+          break;
+      }
       break;
     case Stage::kConfiguring:
       switch (sdo_.advance(now_ns, out)) {
@@ -299,31 +306,13 @@ bool Cia402Axis::disabled() const noexcept {
 double Cia402Axis::position() const noexcept { return scale_.to_displacement(position_); }
 
 void Cia402Axis::configure() noexcept {
-  if (identified()) {
+  if (names_.known()) {
     stage_ = Stage::kConfiguring;
     sdo_.start(setup_steps_);
   } else {
     stage_ = Stage::kIdentifying;
-    named_ = 0;
-    upload_.start({kNameObjects[0], 0});
+    names_.start();
   }
-}
-
-/// What the drive is called; it need not tell, but it has to answer.
-void Cia402Axis::identify(int64_t now_ns, FrameBatch& out) noexcept {
-  const SdoUpload::Status status = upload_.advance(now_ns, out);
-  if (status == SdoUpload::Status::kRunning) return;
-  if (upload_.failure() == static_cast<uint32_t>(SdoAbort::kTimeout)) {
-    fail(FaultKind::kConfiguration, upload_.failure());
-    fault_.object = static_cast<uint32_t>(kNameObjects[named_]) << 8;
-    stage_ = Stage::kFailed;
-    return;
-  }
-  const std::string_view text = status == SdoUpload::Status::kDone ? upload_.text() : std::string_view{};
-  std::copy(text.begin(), text.end(), names_[named_].begin());
-  name_sizes_[named_] = static_cast<int>(text.size());
-  if (++named_ == kNames) return configure();
-  upload_.start({kNameObjects[named_], 0});
 }
 
 void Cia402Axis::fail(FaultKind kind, uint32_t code) noexcept {
@@ -335,14 +324,18 @@ void Cia402Axis::fail(FaultKind kind, uint32_t code) noexcept {
 }
 
 void Cia402Axis::fail_setup() noexcept {
-  if (fault_.kind != FaultKind::kNone) return;
   const SdoStep& step = sdo_.step();
   if (sdo_.failure() != 0)
-    fail(FaultKind::kConfiguration, sdo_.failure());
+    fail_sdo(FaultKind::kConfiguration, sdo_.failure(), step.request.object, 0);
   else
-    fail(FaultKind::kUnexpectedValue, sdo_.found());
-  fault_.object = static_cast<uint32_t>(step.request.object.index) << 8 | step.request.object.sub;
-  fault_.expected = step.expected;
+    fail_sdo(FaultKind::kUnexpectedValue, sdo_.found(), step.request.object, step.expected);
+}
+
+void Cia402Axis::fail_sdo(FaultKind kind, uint32_t code, ObjectAddress object, uint32_t expected) noexcept {
+  if (fault_.kind != FaultKind::kNone) return;
+  fail(kind, code);
+  fault_.object = static_cast<uint32_t>(object.index) << 8 | object.sub;
+  fault_.expected = expected;
   stage_ = Stage::kFailed;
 }
 

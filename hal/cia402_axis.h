@@ -1,27 +1,25 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "hal/cia402.h"
 #include "hal/cia402_setup.h"
+#include "hal/drive_names.h"
 #include "hal/drives.h"
 #include "hal/frame_batch.h"
 #include "hal/master_config.h"
 #include "hal/sdo_sequence.h"
-#include "hal/sdo_upload.h"
 
 namespace tendril::hal {
 
 /// The master's view of one drive: its start-up, its power states and its supervision. Part of Cia402Master.
 ///
 /// Stages: reset communication, wait for boot-up, identify (once) and configure over SDO, start, run; at the
-/// end release. Within
-/// the running stage a task says what the drive shall have its power for, and a phase how far it has
-/// followed. Real-time: every function but the constructor (bounded, no allocation).
+/// end release. Within the running stage a task says what the drive shall have its power for, and a phase how
+/// far it has followed.
+/// Real-time: every function but the constructor (bounded, no allocation).
 class Cia402Axis {
  public:
   /// What a drive has its power for.
@@ -83,15 +81,8 @@ class Cia402Axis {
   /// Whether nothing is known that says the drive holds torque.
   bool disabled() const noexcept;
 
-  /// Whether the drive was asked for its name; what it told is not written any more then.
-  bool identified() const noexcept { return named_ == kNames; }
-
-  /// Device name, hardware version and software version [CiA 301, objects 1008, 1009, 100A]; empty where the
-  /// drive has none.
-  static constexpr int kNames = 3;
-  std::string_view name(int which) const noexcept {
-    return {names_[which].data(), static_cast<size_t>(name_sizes_[which])};
-  }
+  /// What the drive calls itself; once known it stays as it is.
+  const DriveNames& names() const noexcept { return names_; }
 
   /// Last known displacement, m or m³; 0 before the first.
   double position() const noexcept;
@@ -121,12 +112,12 @@ class Cia402Axis {
   void on_feedback(const DriveFeedback& feedback, int64_t arrival_ns) noexcept;
   void watch_reference() noexcept;
   void judge_homing(int64_t arrival_ns) noexcept;
-  void identify(int64_t now_ns, FrameBatch& out) noexcept;
   void configure() noexcept;
   void begin(int64_t now_ns) noexcept;
   uint16_t enabling_word(int64_t now_ns) noexcept;
   void fail(FaultKind kind, uint32_t code) noexcept;
   void fail_setup() noexcept;
+  void fail_sdo(FaultKind kind, uint32_t code, ObjectAddress object, uint32_t expected) noexcept;
 
   const MasterConfig& config_;
   int node_;
@@ -138,10 +129,7 @@ class Cia402Axis {
   uint16_t referenced_mask_;  // of the statusword; 0: the drive has no such bit
   int64_t homing_timeout_ns_;
   SdoSequence sdo_;
-  SdoUpload upload_;
-  std::array<std::array<char, SdoUpload::kCapacity>, kNames> names_{};
-  std::array<int, kNames> name_sizes_{};
-  int named_ = 0;  // of kNames
+  DriveNames names_;
 
   Stage stage_ = Stage::kReset;
   int64_t stage_since_ns_ = 0;

@@ -23,15 +23,6 @@ std::string format(const char* pattern, auto... values) {
   return text;
 }
 
-/// What a drive says, fit for a log; some pad it with blanks or zeros.
-std::string printable(std::string_view text) {
-  std::string result(text.substr(0, text.find('\0')));
-  for (char& c : result)
-    if (c < ' ' || c > '~') c = '?';
-  result.erase(result.find_last_not_of(' ') + 1);
-  return result;
-}
-
 /// "object 1600:2 (the second object in RPDO 1)".
 std::string object_text(uint32_t object) {
   return format("object %04X:%u", object >> 8, object & 0xFF) + describe_set_up_object(object);
@@ -89,7 +80,7 @@ void Cia402Master::set_up(int64_t now_ns, FrameBatch& out) noexcept {
   for (Cia402Axis& axis : axes_)
     if (!axis.setting_up() || ++busy <= kSetUpAtOnce) axis.set_up(now_ns, out);
   for (size_t i = 0; i < axes_.size(); ++i)
-    if (axes_[i].identified()) identified_[i].store(true, std::memory_order_release);
+    if (axes_[i].names().known()) identified_[i].store(true, std::memory_order_release);
 }
 
 /// @return the axis whose turn it is; -1: none, or not yet
@@ -104,12 +95,7 @@ int Cia402Master::axis_to_home() const noexcept {
 
 std::string Cia402Master::identity(int axis) const {
   if (!identified_[static_cast<size_t>(axis)].load(std::memory_order_acquire)) return "";
-  const Cia402Axis& a = axes_[static_cast<size_t>(axis)];
-  const std::string device = printable(a.name(0)), hardware = printable(a.name(1)),
-                    software = printable(a.name(2));
-  return name_of(config_, axis) + ": " + (device.empty() ? "a drive that does not tell its name" : device) +
-         (hardware.empty() ? "" : ", hardware " + hardware) +
-         (software.empty() ? "" : ", software " + software);
+  return name_of(config_, axis) + ": " + axes_[static_cast<size_t>(axis)].names().sentence();
 }
 
 std::string Cia402Master::describe(const DriveFault& fault) const {
