@@ -136,7 +136,7 @@ void Cia402Axis::supervise(int64_t now_ns, int64_t synced_ns) noexcept {
   }
   if (synced_ns - std::max(stage_since_ns_, position_stamp_ns_) > config_.feedback_timeout_ns)
     return fail(FaultKind::kFeedbackLost, 0);
-  const bool enabling = phase_ == Phase::kPreparing || phase_ == Phase::kEnabling;
+  const bool enabling = awaits_rest_ || phase_ == Phase::kPreparing || phase_ == Phase::kEnabling;
   if (enabling && now_ns - enabling_since_ns_ > config_.enable_timeout_ns) {
     if (in_fault(state_))
       fail(FaultKind::kDriveFault, emergency_);
@@ -217,7 +217,10 @@ void Cia402Axis::drive(Task task, bool may_begin, bool all_enabled, double displ
     phase_ = Phase::kOff;
     homing_since_ns_ = 0;
   }
-  if (task_ != Task::kRest && phase_ == Phase::kOff && may_begin && at_rest(state_)) begin(now_ns);
+  const bool may_enable = task_ != Task::kRest && phase_ == Phase::kOff && may_begin;
+  if (may_enable && !awaits_rest_) enabling_since_ns_ = now_ns;
+  awaits_rest_ = may_enable && !at_rest(state_);
+  if (may_enable && at_rest(state_)) begin(now_ns);
   if (phase_ == Phase::kEnabling)
     controlword_ = enabling_word(now_ns);
   else if (phase_ == Phase::kOn)
@@ -254,6 +257,7 @@ void Cia402Axis::restart() noexcept {
   stage_ = Stage::kReset;
   task_ = Task::kRest;
   phase_ = Phase::kOff;
+  awaits_rest_ = false;
   following_ = referenced_ = false;
   homing_since_ns_ = 0;
   state_ = DriveState::kUnknown;

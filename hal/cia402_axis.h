@@ -140,6 +140,7 @@ class Cia402Axis {
   Task task_ = Task::kRest;
   Phase phase_ = Phase::kOff;
   int64_t enabling_since_ns_ = 0;
+  bool awaits_rest_ = false;     // the drive shall be enabled, but is in no state to begin from
   bool clearing_fault_ = false;  // the drive was in fault when enabling began
   int64_t reset_edge_ns_ = 0;
   bool following_ = false;  // targets of the controller rather than the position at enabling

@@ -244,6 +244,22 @@ TEST_CASE("A drive that never enables is a time-out that tells its state", "[uni
   CHECK_THAT(rig.master.describe(fault), Catch::Contains("ready to switch on"));
 }
 
+TEST_CASE("A drive that never gets ready to be enabled is a time-out that tells its state", "[unit]") {
+  Rig rig(config_of(2));
+  REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
+  rig.tamper = [](int axis, Frame& frame) {
+    if (axis == 0 && frame.id == 0x181) frame.data[0] = 0x10;
+    return true;
+  };
+  rig.run_for(10 * config_of(2).enable_timeout_ns);
+  CHECK(rig.measured.fault.kind == FaultKind::kNone);  // nobody has asked for it yet
+  rig.command.enable = true;
+  const DriveFault fault = rig.fault();
+  CHECK(fault.kind == FaultKind::kEnableTimeout);
+  CHECK(fault.axis == 0);
+  CHECK_THAT(rig.master.describe(fault), Catch::Contains("not ready to switch on"));
+}
+
 TEST_CASE("A fault that does not clear at once is reset again, slowly, and reported in the end", "[unit]") {
   Rig rig(config_of(2));
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
