@@ -1,6 +1,7 @@
 #include "hal/drive_protocol.h"
 
 #include <cmath>
+#include <numbers>
 #include <type_traits>
 
 #include "hal/cia402_drive.h"
@@ -88,15 +89,17 @@ std::unique_ptr<SimulatedDrive> make_drive(const MasterConfig& config, int axis,
   const double position = a.scale.to_position(actuator.displacement);
   if (config.protocol == Protocol::kOdrive)
     return std::make_unique<Adapter<OdriveDrive>>(
-        OdriveSpec{.node = a.node,
-                   .firmware = config.odrive.firmware,
-                   .top_speed = top_speed,
-                   .position = position,
-                   .tuning = tuned(OdriveSpec{}.tuning, actuator),
-                   .encoder_counts = actuator.encoder_counts,
-                   .heartbeat_ns = config.heartbeat_ns,
-                   .encoder_period_ns = config.odrive.encoder_period_ns,
-                   .watchdog_ns = config.heartbeat_timeout_ns},
+        OdriveSpec{
+            .node = a.node,
+            .firmware = config.odrive.firmware,
+            .top_speed = top_speed,
+            .position = position,
+            .tuning = tuned(OdriveSpec{}.tuning, actuator),
+            .torque_limit = actuator.force_limit * a.scale.displacement_per_turn / (2 * std::numbers::pi),
+            .encoder_counts = actuator.encoder_counts,
+            .heartbeat_ns = config.heartbeat_ns,
+            .encoder_period_ns = config.odrive.encoder_period_ns,
+            .watchdog_ns = config.heartbeat_timeout_ns},
         a.scale, actuator.force_limit);
   const bool mapped = a.canopen.mapping == Mapping::kAsFound;
   return std::make_unique<Adapter<Cia402Drive>>(

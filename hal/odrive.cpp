@@ -93,6 +93,7 @@ std::optional<OdriveMessage> odrive_message(const Frame& frame, int node) noexce
     case OdriveMessage::kEncoderEstimates:
     case OdriveMessage::kSetControllerMode:
     case OdriveMessage::kSetInputPosition:
+    case OdriveMessage::kSetInputTorque:
     case OdriveMessage::kSetLimits:
     case OdriveMessage::kClearErrors:
       return message;
@@ -154,6 +155,17 @@ std::optional<OdriveInput> decode_odrive_input(const Frame& frame, int node) noe
   if (!carries(frame, node, OdriveMessage::kSetInputPosition, 8)) return std::nullopt;
   return OdriveInput{get_float(frame, 0), kFeedForwardStep * get<int16_t>(frame.data, 4),
                      kFeedForwardStep * get<int16_t>(frame.data, 6)};
+}
+
+Frame encode_odrive_torque(int node, float torque) noexcept {
+  Frame frame = frame_of(node, OdriveMessage::kSetInputTorque, 4);
+  put_float(frame, 0, torque);
+  return frame;
+}
+
+std::optional<float> decode_odrive_torque(const Frame& frame, int node) noexcept {
+  if (!carries(frame, node, OdriveMessage::kSetInputTorque, 4)) return std::nullopt;
+  return get_float(frame, 0);
 }
 
 Frame encode_odrive_state(int node, uint32_t state) noexcept {

@@ -24,6 +24,7 @@ enum class OdriveMessage : uint8_t {
   kEncoderEstimates = 0x09,
   kSetControllerMode = 0x0B,
   kSetInputPosition = 0x0C,
+  kSetInputTorque = 0x0E,
   kSetLimits = 0x0F,
   kClearErrors = 0x18
 };
@@ -45,7 +46,7 @@ std::optional<OdriveMessage> odrive_message(const Frame& frame, int node) noexce
 inline constexpr uint8_t kOdriveUndefined = 0, kOdriveIdle = 1, kOdriveClosedLoop = 8;
 
 // Controller modes.
-inline constexpr uint32_t kOdrivePositionControl = 3, kOdrivePassthrough = 1;
+inline constexpr uint32_t kOdriveTorqueControl = 1, kOdrivePositionControl = 3, kOdrivePassthrough = 1;
 
 // Error bits that are raised on this side of the bus, by the simulated drive.
 inline constexpr uint32_t kOdriveInvalidState_0_5 = 0x1, kOdriveOverTemperature_0_5 = 0x4'0000,
@@ -105,6 +106,12 @@ Frame encode_odrive_input(int node, const OdriveInput& input) noexcept;
 
 /// Reads an input position. @return nothing where the frame is none for `node`. Real-time: yes.
 std::optional<OdriveInput> decode_odrive_input(const Frame& frame, int node) noexcept;
+
+/// The frame of an input torque. @param torque  Nm. Real-time: yes.
+Frame encode_odrive_torque(int node, float torque) noexcept;
+
+/// Reads an input torque, Nm. @return nothing where the frame is none for `node`. Real-time: yes.
+std::optional<float> decode_odrive_torque(const Frame& frame, int node) noexcept;
 
 /// The order to go into a state. Real-time: yes.
 Frame encode_odrive_state(int node, uint32_t state) noexcept;

@@ -36,6 +36,10 @@ void OdriveDrive::obey(OdriveMessage message, const Frame& frame, FrameBatch& ou
       if (const auto input = decode_odrive_input(frame, spec_.node); input && std::isfinite(input->position))
         input_ = *input;
       break;
+    case OdriveMessage::kSetInputTorque:
+      if (const auto torque = decode_odrive_torque(frame, spec_.node); torque && std::isfinite(*torque))
+        input_torque_ = *torque;
+      break;
     case OdriveMessage::kSetLimits:
       if (const auto limits = decode_odrive_limits(frame, spec_.node)) servo_.limit_speed(limits->velocity);
       break;
@@ -101,11 +105,13 @@ void OdriveDrive::advance(int64_t now_ns, FrameBatch& out) noexcept {
 }
 
 void OdriveDrive::move(int64_t now_ns) noexcept {
-  const bool follows = state_ == kOdriveClosedLoop && mode_.control == kOdrivePositionControl &&
-                       mode_.input == kOdrivePassthrough;
-  if (follows) {
+  const bool controls = state_ == kOdriveClosedLoop && mode_.input == kOdrivePassthrough;
+  if (controls && mode_.control == kOdrivePositionControl) {
     servo_.unlock();
     servo_.pass_through(input_.position, input_.velocity);
+  } else if (controls && mode_.control == kOdriveTorqueControl) {
+    servo_.unlock();
+    servo_.push(input_torque_ / spec_.torque_limit);
   } else {
     servo_.lock();
   }

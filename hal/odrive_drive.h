@@ -18,6 +18,7 @@ struct OdriveSpec {
   double top_speed = 100;  // rev/s, > 0
   double position = 0;     // where it stands at power-on, rev
   ServoTuning tuning{.position_gain = kOdrivePositionGain};
+  double torque_limit = 1;    // Nm, > 0: Servo's force limit
   int encoder_counts = 8192;  // in a turn, > 0: positions are told in steps of one
   bool calibrated = true;     // false: it refuses closed-loop control, as without a reference
   /// As firmware 0.5 of commit 073da34: tells 0 for its position until its first closed-loop control, and
@@ -28,10 +29,10 @@ struct OdriveSpec {
   int64_t watchdog_ns = 0;  // without a frame for that long it disarms; 0: never
 };
 
-/// One simulated ODrive axis in position control with the input passed through.
+/// One simulated ODrive axis in position or torque control with the input passed through.
 ///
-/// It moves as Servo does, with the velocity of the input fed forward; outside closed-loop control the
-/// position stays where it is.
+/// It moves as Servo does, with the velocity of the input fed forward; in torque control it pushes with the
+/// input torque. Outside closed-loop control the position stays where it is.
 /// Spoken are the messages of OdriveMessage; other states than idle and closed-loop control, and other modes,
 /// are refused or do not move it. Remote frames never leave a bus (see Frame), so encoder estimates are asked
 /// for by an empty frame, which both firmware families take as well. The watchdog runs in every state, as in
@@ -93,7 +94,8 @@ class OdriveDrive {
   uint8_t component_errors_ = 0, result_ = kOdriveSuccess;
   OdriveMode mode_{0, 0};  // as if never set up: it must be told
   OdriveInput input_;
-  Servo servo_;  // in rev
+  float input_torque_ = 0;  // Nm
+  Servo servo_;             // in rev
   bool tells_position_;
 
   bool started_ = false;  // time has begun to pass

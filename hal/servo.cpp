@@ -37,8 +37,10 @@ void Servo::tick(std::int64_t now_ns) noexcept {
     velocity_ = 0;
     return;
   }
-  velocity_ = std::clamp(velocity_ + kTick_s * acceleration_towards(speed), -top_speed_, top_speed_);
+  const double acceleration = pushes_ ? acceleration_under(force_) : acceleration_towards(speed);
+  velocity_ = std::clamp(velocity_ + kTick_s * acceleration, -top_speed_, top_speed_);
   position_ += kTick_s * velocity_;
+  if (pushes_) goal_ = set_point_ = position_;
 }
 
 double Servo::acceleration_towards(double speed) const noexcept {
@@ -47,6 +49,15 @@ double Servo::acceleration_towards(double speed) const noexcept {
   const double driven = velocity_ / top_speed_;
   const double up = 1 + std::max(0.0, -driven) - load_, down = -1 - std::max(0.0, driven) - load_;
   return std::clamp(wanted, most * std::clamp(down, -1.0, 1.0), most * std::clamp(up, -1.0, 1.0));
+}
+
+/// Towards the speed at which force, load and what resists are in balance. The motor keeps to the speed limit
+/// with whatever force that takes, up to its own limit.
+double Servo::acceleration_under(double force) const noexcept {
+  const double slowest = top_speed_ * (-1 - load_), fastest = top_speed_ * (1 - load_);
+  const double limited = std::clamp(top_speed_ * (force - load_), -speed_limit_, speed_limit_);
+  const double speed = std::clamp(limited, slowest, fastest);
+  return top_speed_ / tuning_.acceleration_time * std::clamp((speed - velocity_) / top_speed_, -1.0, 1.0);
 }
 
 double Servo::set_point(std::int64_t now_ns) const noexcept {
@@ -63,13 +74,21 @@ void Servo::interpolate(double goal, std::int64_t duration_ns) noexcept {
   slope_ = (goal - set_point(now_ns_)) / (1e-9 * static_cast<double>(duration_ns));
   goal_ = goal;
   fed_forward_ = 0;
+  pushes_ = false;
   arrival_ns_ = now_ns_ + duration_ns;
 }
 
 void Servo::pass_through(double goal, double rate) noexcept {
   goal_ = set_point_ = goal;
   fed_forward_ = rate;
+  pushes_ = false;
   arrival_ns_ = now_ns_;
+}
+
+void Servo::push(double force) noexcept {
+  pass_through(position_, 0);
+  pushes_ = true;
+  force_ = std::clamp(force, -1.0, 1.0);
 }
 
 void Servo::limit_speed(double speed) noexcept { speed_limit_ = std::max(0.0, std::min(top_speed_, speed)); }

@@ -25,6 +25,9 @@ struct ServoTuning {
 /// from F at rest to 2F at top speed, so that it does so at top speed · (load / F − 1), and never faster than
 /// top speed. Without power, and where it is jammed, it stands: its gear is self-locking.
 ///
+/// Instead of following a set-point it may push with a force f, and then what resists grows with its speed
+/// whichever way it turns: it settles at top speed · (f − load) / F, and stands where the load equals f.
+///
 /// The loops run on ticks of their own at fixed instants, so that it does not matter how time is cut into
 /// calls.
 class Servo {
@@ -59,6 +62,11 @@ class Servo {
   /// Real-time: yes.
   void pass_through(double goal, double rate) noexcept;
 
+  /// Pushes with a force, until there is another set-point.
+  /// @param force  in force limits, within ± 1; positive pushes towards higher positions
+  /// Real-time: yes.
+  void push(double force) noexcept;
+
   /// Keeps the speed that the loops demand below top speed.
   /// @param speed  units/s; 0 where it is negative
   /// Real-time: yes.
@@ -77,19 +85,20 @@ class Servo {
 
   double set_point() const noexcept { return set_point(now_ns_); }  ///< Units. Real-time: yes.
 
-  /// Set-point less position, units; 0 without power. Real-time: yes.
+  /// Set-point less position, units; 0 without power and where it pushes. Real-time: yes.
   double following_error() const noexcept { return set_point() - position_; }
 
  private:
   void tick(std::int64_t now_ns) noexcept;
   double acceleration_towards(double speed) const noexcept;
+  double acceleration_under(double force) const noexcept;
   double set_point(std::int64_t now_ns) const noexcept;
 
   double top_speed_, speed_limit_;  // units/s
   ServoTuning tuning_;
   std::int64_t now_ns_ = 0, ticks_ = -1;  // -1: not begun
-  bool locked_ = true, jammed_ = false;
-  double load_ = 0;  // in force limits
+  bool locked_ = true, jammed_ = false, pushes_ = false;
+  double load_ = 0, force_ = 0;  // in force limits
   double position_, velocity_ = 0;
 
   double set_point_;             // at the last tick

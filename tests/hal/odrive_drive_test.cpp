@@ -130,6 +130,28 @@ TEST_CASE("An input that is no number is not followed, nor any with a speed limi
   CHECK(bench.drive.position() == 1.0);
 }
 
+TEST_CASE("In torque control an axis turns until its load equals the input torque, within its limit",
+          "[unit]") {
+  const auto [torque, balance] = GENERATE(table<double, double>({{0.5, 0.5}, {-0.2, -0.2}, {5, 2}}));
+  CAPTURE(torque);
+  Bench bench({.top_speed = 2, .torque_limit = 2});
+  bench.say(encode_odrive_mode(2, {.control = kOdriveTorqueControl}));
+  bench.say(encode_odrive_state(2, kOdriveClosedLoop));
+  bench.advance(100 * kMillisecond_ns);
+  CHECK(bench.drive.position() == 0);
+  bench.say(encode_odrive_torque(2, static_cast<float>(torque)));
+  constexpr double kSpring_Nm = 4;  // a turn
+  for (int k = 0; k < 300; ++k) {
+    bench.drive.set_load(kSpring_Nm * bench.drive.position() / 2);
+    bench.advance(10 * kMillisecond_ns);
+  }
+  CHECK(kSpring_Nm * bench.drive.position() == Approx(balance).epsilon(1e-3));
+  bench.say(encode_odrive_mode(2, {}));  // and back to position control, where the input waits
+  bench.drive.set_load(0);
+  bench.advance(2'000 * kMillisecond_ns);
+  CHECK(bench.drive.position() == Approx(0).margin(1e-6));
+}
+
 TEST_CASE("A jammed axis stays where it is and says nothing of it, until it is let go", "[unit]") {
   Bench bench({.position = 1});
   bench.close();

@@ -21,6 +21,7 @@ TEST_CASE("Orders to an axis have the bytes of CANSimple", "[unit]") {
   CHECK(to_text(encode_odrive_mode(2, {})) == "04B#0300000001000000");
   CHECK(to_text(encode_odrive_clear_errors(2)) == "058#");
   CHECK(to_text(encode_odrive_limits(2, {20.0f, 10.0f})) == "04F#0000A04100002041");
+  CHECK(to_text(encode_odrive_torque(2, 1.5f)) == "04E#0000C03F");
   CHECK(to_text(encode_odrive_input(2, {1.5f, 0.25f, -0.5f})) == "04C#0000C03FFA000CFE");
 }
 
@@ -66,6 +67,8 @@ TEST_CASE("What is encoded is read back, and only by its node", "[unit]") {
   CHECK_FALSE(decode_odrive_state(encode_odrive_state(5, 8), 6));
   CHECK(decode_odrive_mode(encode_odrive_mode(5, {1, 2}), 5)->input == 2);
   CHECK(decode_odrive_limits(encode_odrive_limits(5, {1, 2}), 5)->current == 2);
+  CHECK(decode_odrive_torque(encode_odrive_torque(5, -0.25f), 5) == -0.25f);
+  CHECK_FALSE(decode_odrive_torque(encode_odrive_torque(5, 1), 6));
   CHECK_FALSE(decode_odrive_input(encode_odrive_limits(5, {1, 2}), 5));
 }
 

@@ -173,6 +173,30 @@ TEST_CASE("Against a spring whose force is told only now and then it comes to re
   CHECK(last == Approx(1 / kStiffness).epsilon(1e-3));
 }
 
+TEST_CASE("An axis that pushes settles at the speed of its force less its load, within its speed limit",
+          "[law]") {
+  struct Row {
+    double force, load, limit, speed;
+  };
+  const Row row = GENERATE(Row{0.5, 0, 1, 0.5}, Row{0.5, 0.3, 1, 0.2}, Row{-0.5, 0.3, 1, -0.8},
+                           Row{0.4, 0.4, 1, 0}, Row{3, 0.5, 1, 0.5}, Row{0.5, 3, 1, -1},
+                           Row{1, -0.5, 0.2, 0.2}, Row{-1, 0, 0.2, -0.2}, Row{1, 1.2, 0.1, -0.2});
+  CAPTURE(row.force, row.load, row.limit);
+  Bench bench;
+  bench.servo.set_load(row.load);
+  bench.servo.limit_speed(row.limit);
+  bench.servo.push(row.force);
+  bench.advance(500 * kMillisecond_ns);
+  CHECK(bench.servo.velocity() == Approx(row.speed).margin(5e-3));
+  CHECK(bench.servo.following_error() == 0);
+  const double there = bench.servo.position();
+  bench.servo.set_load(0);
+  bench.servo.limit_speed(1);
+  bench.servo.interpolate(there, kMillisecond_ns);
+  bench.advance(1000 * kMillisecond_ns);
+  CHECK(bench.servo.position() == Approx(there).margin(1e-9));
+}
+
 TEST_CASE("Without power and where it is jammed an axis stands, whatever pulls at it", "[law]") {
   const bool jammed = GENERATE(false, true);
   Bench bench;
