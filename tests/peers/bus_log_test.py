@@ -60,8 +60,12 @@ def run_with_plant(protocol, flood=()):
         robot.start_plant()
         with robot.start_daemon("--duration", "1") as daemon:
             code = daemon.exit_code()
-            assert code == 0, daemon.said()
+            said = daemon.said()
         assert robot.plant.terminate() == 0, robot.plant.said()
+        # In an emulated machine, which takes seconds for a step, drives are silent for longer than they may be.
+        if code != 0 and robot.share_of_steps_missed() > 50:
+            bench.skip(f"the machine is too slow to simulate the finger: {said}")
+        assert code == 0, said
         for cangen in cangens:
             assert cangen.process.poll() is None, cangen.said()
         return Run(robot, log, flooded=bool(flood))

@@ -39,7 +39,8 @@ async function attempt(what, transfer) {
 
 async function read(index, subIndex, more = {}) {
   const what = `${index.toString(16)} ${subIndex}`;
-  const data = await attempt(what, device.sdo.upload({ deviceId: node, index, subIndex, timeout: PATIENCE_MS, ...more }));
+  const upload = { deviceId: node, index, subIndex, timeout: PATIENCE_MS, ...more };
+  const data = await attempt(what, device.sdo.upload(upload));
   if (data) tell('read', what, data.toString('hex'));
 }
 
