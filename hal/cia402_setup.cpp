@@ -72,6 +72,10 @@ void append_mode(std::vector<SdoStep>& steps, int8_t mode) {
   steps.push_back(read(0x6061, 0, static_cast<uint8_t>(mode)));
 }
 
+// In the COB-ID of a TPDO. Drives that serve no remote requests, and none are made, may refuse to set it to
+// 0.
+constexpr uint32_t kNoRemoteRequest = 0x4000'0000;
+
 /// A PDO that is on and goes with every SYNC.
 struct Pdo {
   int communication, mapping;  // indices of its objects
@@ -88,10 +92,9 @@ void append_writes(std::vector<SdoStep>& steps, const Pdo& pdo) {
 
 /// The same state, looked for.
 void append_checks(std::vector<SdoStep>& steps, const Pdo& pdo) {
-  constexpr uint32_t kNoRemoteRequest = 0x4000'0000;  // in the COB-ID of a TPDO; we request none
-  steps.insert(steps.end(),
-               {read(pdo.communication, 1, pdo.cob_id, ~kNoRemoteRequest), read(pdo.communication, 2, 1),
-                read(pdo.mapping, 0, 2), read(pdo.mapping, 1, pdo.first), read(pdo.mapping, 2, pdo.second)});
+  steps.insert(steps.end(), {read(pdo.communication, 1, pdo.cob_id & ~kNoRemoteRequest, ~kNoRemoteRequest),
+                             read(pdo.communication, 2, 1), read(pdo.mapping, 0, 2),
+                             read(pdo.mapping, 1, pdo.first), read(pdo.mapping, 2, pdo.second)});
 }
 
 }  // namespace
@@ -136,7 +139,8 @@ std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& con
             static_cast<uint32_t>(config.canopen.master_node) << 16 | to_ms(config.heartbeat_timeout_ns)),
       write(0x1017, 0, 2, to_ms(config.heartbeat_ns))};
   for (const Pdo& pdo : {Pdo{0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), 0x6040'0010, 0x607A'0020},
-                         Pdo{0x1800 + number, 0x1A00 + number, tpdo_cob_id(axis), 0x6041'0010, 0x6064'0020}})
+                         Pdo{0x1800 + number, 0x1A00 + number, kNoRemoteRequest | tpdo_cob_id(axis),
+                             0x6041'0010, 0x6064'0020}})
     axis.canopen.mapping == Mapping::kConfigure ? append_writes(steps, pdo) : append_checks(steps, pdo);
   append_mode(steps, kModeCyclicPosition);
   steps.push_back(write(0x60C2, 1, 1, period.value));
