@@ -7,10 +7,12 @@
 #include "app/config_body.h"
 #include "app/config_drive.h"
 #include "app/config_rules.h"
+#include "app/config_sensors.h"
 #include "app/yaml_reader.h"
 
 // One function a section, one line a key; what the body is made of is in config_body.cpp, its drives in
-// config_drive.cpp. A key that is added is added to docs/robot-file.md as well: a test compares the two.
+// config_drive.cpp, its sensors in config_sensors.cpp. A key that is added is added to docs/robot-file.md as
+// well: a test compares the two.
 namespace tendril::app {
 namespace {
 
@@ -78,7 +80,6 @@ void read_bus(Reader& r, BusConfig& bus) {
   r.may("heartbeat", bus.heartbeat, Dimension::kTime, kHeartbeat);
   r.may("heartbeat_timeout", bus.heartbeat_timeout, Dimension::kTime, kHeartbeat);
   r.may("feedback_timeout", bus.feedback_timeout, Dimension::kTime, kHeartbeat);
-  r.may("tracker", bus.tracker_id, Range{.at_least = 0, .at_most = 0x7FF});
 }
 
 /// The place of the effector that has that name; one that has positions.
@@ -130,7 +131,6 @@ void read_plant(Reader& r, PlantConfig& plant, const Config& config) {
   r.may("damping_mass", plant.damping_mass, Dimension::kInverseTime, kNotNegative);
   r.may("damping_stiffness", plant.damping_stiffness, Dimension::kTime, kNotNegative);
   r.may("time_step", plant.time_step, Dimension::kTime, kPositive);
-  r.may("tracker_rate", plant.tracker_rate_hz, Dimension::kRate, kLoopRate);
   r.may("loads", plant.loads, read_load);
   r.may("drives", plant.drives,
         [&](Reader& section, ServoConfig& servo) { read_servo(section, servo, config.bus.protocol); });
@@ -151,6 +151,8 @@ void read_robot(Reader& r, Config& config) {
   r.need("actuators", config.actuators, [&](Reader& section, ActuatorConfig& actuator) {
     read_actuator(section, actuator, config.bus.protocol);
   });
+  r.may("sensors", config.sensors,
+        [&](const Value& v, SensorConfig& sensor) { read_sensor(v, sensor, config); });
   r.may("control", config.control, read_control);
   r.may("motion", config.motion,
         [&](Reader& section, MotionConfig& motion) { read_motion(section, motion, config.effectors); });

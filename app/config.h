@@ -163,8 +163,22 @@ struct BusConfig {
   double heartbeat = 0.05;          // s between heartbeats; with CANopen both ways
   double heartbeat_timeout = 0.15;  // s
   double feedback_timeout = 0.05;   // s without positions
-  int tracker_id = 0;               // identifier of the frames of the effector's tracker; 0: there is none
   int line = 0;
+};
+
+/// What a signal of a sensor measures: a coordinate of an effector, or the effort of an actuator.
+struct MeasuredConfig {
+  int effector = -1;  // its place in the list of effectors, one of points; -1: an effort is measured
+  int axis = 0;       // 0 x, 1 y, 2 z of the effector
+  int actuator = -1;  // its place in the list of actuators
+
+  bool operator==(const MeasuredConfig&) const = default;
+};
+
+/// A device on the bus that measures, and the frame in which it tells.
+struct SensorConfig {
+  hal::SensorConfig frame;
+  std::vector<MeasuredConfig> measures;  // one a signal of the frame
 };
 
 /// The path of an effector: waypoints visited at constant speed.
@@ -194,7 +208,6 @@ struct PlantConfig {
   double damping_mass = 0;                                // 1/s, Rayleigh: times M
   double damping_stiffness = 0;                           // s, Rayleigh: times K
   double time_step = 0.01;                                // s of the integrator
-  double tracker_rate_hz = 100;
   std::vector<LoadConfig> loads;  // that the model knows nothing of, beside those that it knows
   ServoConfig drives;
   std::vector<PlantFault> faults;
@@ -214,6 +227,7 @@ struct Config {
   std::vector<ActuatorConfig> actuators;
   ControlConfig control;
   BusConfig bus;
+  std::vector<SensorConfig> sensors;
   std::optional<MotionConfig> motion;
   std::optional<PlantConfig> plant;
 };

@@ -6,6 +6,7 @@
 #include <map>
 #include <vector>
 
+#include "app/config_sensors.h"
 #include "hal/cia402.h"
 
 namespace tendril::app {
@@ -28,13 +29,13 @@ void check_capacity(const Value& robot, const Config& config) {
   if (weighed == 0) robot.at("effectors").fail("a coordinate with a weight above 0");
 }
 
-/// The tracker sees a point.
+/// Trace and report are about a point.
 void check_first_effector(const Value& robot, const Config& config) {
   if (config.effectors[0].cavity)
     robot.at("effectors")
         .at(std::size_t{0})
         .at("cavity")
-        .fail("a point or points first, as the tracker follows the first effector");
+        .fail("a point or points first, as the report follows the first effector");
 }
 
 void check_material(const Value& robot, const Config& config) {
@@ -142,7 +143,7 @@ void check_references(const Value& robot, const Config& config) {
   }
 }
 
-void check_bus(const Value& robot, const Config& config, const std::vector<int>& nodes) {
+void check_bus(const Value& robot, const Config& config) {
   const BusConfig& bus = config.bus;
   // One late heartbeat is jitter, two are a fault.
   if (bus.heartbeat_timeout < 2 * bus.heartbeat) {
@@ -156,8 +157,6 @@ void check_bus(const Value& robot, const Config& config, const std::vector<int>&
     timeout.fail(fmt::format("at least two positions' time, {:g} s (it is {:g} s)", 2 * feedback_period,
                              bus.feedback_timeout));
   }
-  const std::string owner = bus.tracker_id == 0 ? "" : identifier_owner(bus.protocol, bus.tracker_id, nodes);
-  if (!owner.empty()) robot.at("bus").at("tracker").fail("an identifier that is free; this is " + owner);
 }
 
 void check_motion(const Value& robot, const Config& config) {
@@ -220,7 +219,8 @@ void check_rules(const Value& robot, const Config& config) {
   const std::vector<int> nodes = check_nodes(robot, config);
   check_limits(robot, config);
   check_references(robot, config);
-  check_bus(robot, config, nodes);
+  check_bus(robot, config);
+  check_sensors(robot, config, nodes);
   check_motion(robot, config);
 }
 

@@ -21,6 +21,7 @@
 #include "app/report_pictures.h"
 #include "app/robot.h"
 #include "app/run_recorder.h"
+#include "app/sensor_watch.h"
 #include "app/service_manager.h"
 #include "app/stop_signal.h"
 #include "hal/bus.h"
@@ -53,7 +54,8 @@ class Housekeeping {
         introduced_(config.actuators.size(), false),
         rest_(std::move(rest)),
         recorder_(recorder),
-        service_(service) {}
+        service_(service),
+        watch_(config) {}
 
   /// One round. What the control thread waits for comes first, what may take its time last.
   void tend() {
@@ -81,6 +83,7 @@ class Housekeeping {
     while (channels_.trace.pop(record)) {
       if (record.phase != last_.phase) announce(record);
       if (record.faults.bits() != last_.faults.bits()) tell_faults(record.faults, record.intended_ns);
+      for (const SensorWatch::Change& change : watch_.add(record)) tell(change);
       if (record.page_faults != last_.page_faults || record.heap_calls != last_.heap_calls)
         stalls_untold_ = true;
       ++cycles_;
@@ -110,6 +113,14 @@ class Housekeeping {
     for (const rt::FaultRule& rule : rt::kFaultTable)
       if (faults.has(rule.fault)) spdlog::warn("{}", rule.words);
     if (faults.bits() == 0) spdlog::info("no fault any more");
+  }
+
+  void tell(const SensorWatch::Change& change) {
+    const hal::SensorConfig& sensor = config_.sensors[change.sensor].frame;
+    if (change.lost)
+      spdlog::warn("{}", loss(sensor));
+    else
+      spdlog::info("sensor '{}' is back after {:.3g} s", sensor.name, change.stale_s);
   }
 
   void announce(const rt::TraceRecord& record) {
@@ -143,6 +154,8 @@ class Housekeeping {
                     static_cast<double>(refreshes - told_refreshes_) / elapsed_s);
     for (const rt::FaultRule& rule : rt::kFaultTable)
       if (last_.faults.has(rule.fault)) line += fmt::format("; {}", rule.words);
+    for (std::size_t s = 0; s < config_.sensors.size(); ++s)
+      if (watch_.losses()[s].lost) line += "; " + loss(config_.sensors[s].frame);
     service_.status(line);
     told_ns_ = now_ns;
     told_cycles_ = cycles_;
@@ -184,6 +197,7 @@ class Housekeeping {
   RunRecorder* recorder_;
   ServiceManager& service_;
   std::optional<Motion> motion_;
+  SensorWatch watch_;
   rt::TraceRecord last_;
   std::int64_t running_since_ns_ = 0, next_progress_ns_ = 0, next_tale_ns_ = 0;
   std::int64_t cycles_ = 0, late_ = 0, bus_bits_ = 0;
@@ -192,8 +206,11 @@ class Housekeeping {
   std::uint64_t told_refreshes_ = 0;
 };
 
-std::string stop_reason(const rt::Controller& controller, const hal::DriveMaster& master) {
+std::string stop_reason(const Config& config, const rt::Controller& controller,
+                        const hal::DriveMaster& master) {
   if (!controller.faulted()) return "";
+  if (controller.stop_reason() == rt::Fault::kSensorLost)
+    return loss(config.sensors[controller.lost_sensor()].frame);
   if (controller.stop_reason() == rt::Fault::kDrives) return master.describe(controller.drive_fault());
   return rt::rule(controller.stop_reason()).words;
 }
@@ -248,7 +265,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   }
   model.stop();
 
-  const std::string reason = stop_reason(controller, *master);
+  const std::string reason = stop_reason(config, controller, *master);
   if (!reason.empty()) {
     service.status("stopped: " + reason);
     spdlog::error("stopped: {}", reason);

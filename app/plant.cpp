@@ -7,7 +7,6 @@
 
 #include "fem/equilibrium.h"
 #include "hal/drive_protocol.h"
-#include "hal/tracker.h"
 
 namespace tendril::app {
 namespace {
@@ -35,9 +34,7 @@ hal::SimulatedActuator simulated(const ActuatorConfig& actuator, const ServoConf
 }  // namespace
 
 PlantDrives::PlantDrives(const Config& config, const PlantDisplacements& start)
-    : tracker_id_(static_cast<std::uint32_t>(config.bus.tracker_id)),
-      tracker_period_ns_(std::llround(1e9 / config.plant->tracker_rate_hz)),
-      planned_(config.plant->faults) {
+    : sensors_(config.sensors), planned_(config.plant->faults) {
   std::ranges::stable_sort(planned_, {}, &PlantFault::after);
   const hal::MasterConfig master = master_config(config);
   for (size_t a = 0; a < config.actuators.size(); ++a) {
@@ -47,7 +44,7 @@ PlantDrives::PlantDrives(const Config& config, const PlantDisplacements& start)
   }
 }
 
-void PlantDrives::serve(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept {
+void PlantDrives::serve(hal::Bus& bus, const PlantSighting& sighting, std::int64_t now_ns) noexcept {
   inject_due(now_ns);
   line_.release(bus, now_ns);
   hal::Frame frame;
@@ -60,7 +57,7 @@ void PlantDrives::serve(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns)
   answers_.clear();
   for (auto& drive : drives_) drive->advance(now_ns, answers_);
   send(bus, now_ns);
-  show(bus, tip, now_ns);
+  show(bus, sighting, now_ns);
 }
 
 void PlantDrives::set_loads(const PlantEfforts& efforts) noexcept {
@@ -117,14 +114,24 @@ void PlantDrives::send(hal::Bus& bus, std::int64_t now_ns) noexcept {
   }
 }
 
-void PlantDrives::show(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept {
-  if (tracker_id_ == 0 || tip.stamp_ns == 0 || tip.stamp_ns < shown_ns_ + tracker_period_ns_) return;
-  hal::TrackerSample sample{{tip.position.x(), tip.position.y(), tip.position.z()}, now_ns - tip.stamp_ns};
-  if (noise_ > 0)
-    for (double& coordinate : sample.position)
-      coordinate += std::normal_distribution<double>(0, noise_)(random_);
-  if (const auto frame = hal::encode_tracker(tracker_id_, sample)) line_.send(bus, {&*frame, 1}, now_ns);
-  shown_ns_ = tip.stamp_ns;
+void PlantDrives::show(hal::Bus& bus, const PlantSighting& sighting, std::int64_t now_ns) noexcept {
+  if (sighting.stamp_ns == 0) return;
+  std::span<const double> left = sighting.measured;
+  for (size_t s = 0; s < sensors_.size(); ++s) {
+    const std::vector<MeasuredConfig>& measures = sensors_[s].measures;
+    std::array<double, hal::kMaxSensorSignals> values;
+    std::copy_n(left.begin(), measures.size(), values.begin());
+    left = left.subspan(measures.size());
+    // Who tells an age has a picture to show, others tell at any time what they feel.
+    const std::int64_t shown_ns = sensors_[s].frame.age ? sighting.stamp_ns : now_ns;
+    if (shown_ns < shown_ns_[s] + std::llround(1e9 / sensors_[s].frame.rate_hz)) continue;
+    shown_ns_[s] = shown_ns;
+    for (size_t k = 0; k < measures.size(); ++k)
+      if (noise_ > 0 && measures[k].effector >= 0)
+        values[k] += std::normal_distribution<double>(0, noise_)(random_);
+    const auto frame = hal::encode_sample(sensors_[s].frame, values, now_ns - sighting.stamp_ns);
+    if (frame) line_.send(bus, {&*frame, 1}, now_ns);
+  }
 }
 
 PlantDisplacements PlantDrives::displacements() const noexcept {
@@ -153,6 +160,19 @@ PlantBody::PlantBody(const Config& config, const PlantDisplacements& start)
                     "is it too soft for its weight?",
                     config.file.string()));
   dynamics_.reset(rest.x());
+  for (const SensorConfig& sensor : config.sensors)
+    measures_.insert(measures_.end(), sensor.measures.begin(), sensor.measures.end());
+}
+
+PlantSighting PlantBody::sighting(std::int64_t now_ns) const {
+  PlantSighting sighting{.tip = tip(), .stamp_ns = now_ns};
+  for (size_t k = 0; k < measures_.size(); ++k) {
+    const MeasuredConfig& measured = measures_[k];
+    sighting.measured[k] = measured.effector >= 0
+                               ? robot_->position(dynamics_.x(), measured.effector)[measured.axis]
+                               : dynamics_.efforts()[measured.actuator];
+  }
+  return sighting;
 }
 
 PlantEfforts PlantBody::efforts() const {

@@ -25,22 +25,22 @@ struct PlantEfforts {
   std::array<double, kMaxActuators> lambda_a{};
 };
 
-/// Where the tip of the simulated robot was at an instant.
-struct PlantTip {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m
-  std::int64_t stamp_ns = 0;                           ///< 0: not known yet
+/// What there was to be measured of the simulated robot at an instant.
+struct PlantSighting {
+  Eigen::Vector3d tip = Eigen::Vector3d::Zero();          ///< position of the first effector, m
+  std::array<double, hal::kMaxSensorSignals> measured{};  ///< one a signal, as in hal::SensorReadings
+  std::int64_t stamp_ns = 0;                              ///< 0: not known yet
 };
 
-/// The electrical half of the simulated robot: one drive an actuator and the camera that sees the tip, on a
-/// bus.
+/// The electrical half of the simulated robot: one drive an actuator, and the sensors, on a bus.
 class PlantDrives {
  public:
   /// @param start  where the drives stand at power-on
   explicit PlantDrives(const Config& config, const PlantDisplacements& start = {});
 
-  /// Answers all that has arrived, lets time pass, and shows the tip at the tracker's rate.
+  /// Answers all that has arrived, lets time pass, and lets each sensor send at its rate.
   /// Real-time: bounded by the frames that have arrived; allocates nothing.
-  void serve(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept;
+  void serve(hal::Bus& bus, const PlantSighting& sighting, std::int64_t now_ns) noexcept;
 
   /// Lets the body pull at the drives from now on. Real-time: bounded, allocates nothing.
   void set_loads(const PlantEfforts& efforts) noexcept;
@@ -60,19 +60,18 @@ class PlantDrives {
   void inject_due(std::int64_t now_ns) noexcept;
   void clear() noexcept;
   void send(hal::Bus& bus, std::int64_t now_ns) noexcept;
-  void show(hal::Bus& bus, const PlantTip& tip, std::int64_t now_ns) noexcept;
+  void show(hal::Bus& bus, const PlantSighting& sighting, std::int64_t now_ns) noexcept;
 
   std::vector<std::unique_ptr<hal::SimulatedDrive>> drives_;
-  std::uint32_t tracker_id_;
-  std::int64_t tracker_period_ns_;
-  std::int64_t shown_ns_ = 0;
-  std::vector<PlantFault> planned_;  // the next one first
-  std::size_t injected_ = 0;         // of those planned
-  std::int64_t start_ns_ = -1;       // of the first call of serve; -1: none yet
+  std::vector<SensorConfig> sensors_;
+  std::array<std::int64_t, hal::kMaxSensors> shown_ns_{};  // of what each sensor showed last
+  std::vector<PlantFault> planned_;                        // the next one first
+  std::size_t injected_ = 0;                               // of those planned
+  std::int64_t start_ns_ = -1;                             // of the first call of serve; -1: none yet
   PlantLine line_;
   std::vector<std::uint32_t> heartbeat_ids_;  // one an axis
   std::array<bool, kMaxActuators> silent_{}, cut_{};
-  double noise_ = 0;         // m, of the tracker
+  double noise_ = 0;         // m, of measured positions
   std::minstd_rand random_;  // of the noise; always the same seed
   hal::FrameBatch answers_;
 };
@@ -96,6 +95,8 @@ class PlantBody {
   PlantEfforts efforts() const;
 
   Eigen::Vector3d tip() const { return robot_->tip(dynamics_.x()); }
+  /// What there is to be measured. Efforts are those of the last step, 0 before the first.
+  PlantSighting sighting(std::int64_t now_ns) const;
   const Robot& robot() const { return *robot_; }
   std::int64_t time_step_ns() const { return time_step_ns_; }
 
@@ -103,6 +104,7 @@ class PlantBody {
   Eigen::VectorXd vector(const PlantDisplacements& displacements) const;
 
   std::unique_ptr<Robot> robot_;
+  std::vector<MeasuredConfig> measures_;  // of all sensors, one after the other
   fem::Dynamics dynamics_;
   std::int64_t time_step_ns_;
 };

@@ -34,7 +34,7 @@ constexpr Row kRows[] = {
     {Kind::kCut, "cut AXIS", "its cable never pulls again, though the drive turns"},
     {Kind::kDelay, "delay TIME", "what the robot sends arrives so much later (at most 1 s)"},
     {Kind::kDrop, "drop SHARE", "so many of all frames are lost, both ways (0 % to 100 %)"},
-    {Kind::kNoise, "noise LENGTH", "the tracker errs by that standard deviation in x, y and z"},
+    {Kind::kNoise, "noise LENGTH", "measured positions err by that standard deviation in x, y and z"},
     {Kind::kBusOff, "bus off", "the robot neither sends nor hears"},
     {Kind::kClear, "clear", "all of it ends, but for cut cables and what a reset must clear"},
 };

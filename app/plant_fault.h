@@ -20,7 +20,7 @@ enum class PlantFaultKind : std::uint8_t {
   kCut,         // a cable is cut: it never pulls again, though its drive turns
   kDelay,       // what the robot sends arrives late
   kDrop,        // frames are lost in both directions
-  kNoise,       // the tracker errs
+  kNoise,       // measured positions err
   kBusOff,      // the robot neither sends nor hears
   kClear        // all of it ends but what is cut, and drive faults, which the controller clears
 };

@@ -126,14 +126,18 @@ std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
 
 Robot::Robot(fem::Model body, const std::vector<fem::Actuator>& actuators,
              const std::vector<fem::Effector>& effectors)
-    : model(std::move(body)),
-      tip_points(std::get<fem::PointEffector>(effectors.at(0)).points),
-      constraints(model, actuators, effectors) {}
+    : model(std::move(body)), constraints(model, actuators, effectors) {
+  for (const fem::Effector& effector : effectors) {
+    const auto* points = std::get_if<fem::PointEffector>(&effector);
+    effector_points.push_back(points ? points->points : std::vector<fem::Attachment>{});
+  }
+}
 
-Eigen::Vector3d Robot::tip(const Eigen::VectorXd& x) const {
+Eigen::Vector3d Robot::position(const Eigen::VectorXd& x, int effector) const {
+  const std::vector<fem::Attachment>& points = effector_points[static_cast<std::size_t>(effector)];
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const fem::Attachment& point : tip_points) sum += model.position(x, point);
-  return sum / static_cast<double>(tip_points.size());
+  for (const fem::Attachment& point : points) sum += model.position(x, point);
+  return sum / static_cast<double>(points.size());
 }
 
 std::unique_ptr<Robot> build_model(const Config& config) {
@@ -220,8 +224,7 @@ hal::MasterConfig master_config(const Config& config) {
   result.heartbeat_ns = nanoseconds(config.bus.heartbeat);
   result.heartbeat_timeout_ns = nanoseconds(config.bus.heartbeat_timeout);
   result.feedback_timeout_ns = nanoseconds(config.bus.feedback_timeout);
-  result.tracker_id = static_cast<std::uint32_t>(config.bus.tracker_id);
-  if (config.plant) result.tracker_rate_hz = config.plant->tracker_rate_hz;
+  for (const SensorConfig& sensor : config.sensors) result.sensors.push_back(sensor.frame);
   return result;
 }
 

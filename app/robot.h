@@ -20,11 +20,13 @@ struct Robot {
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
 
-  /// Position of the first effector, the one that the tracker follows, m.
-  Eigen::Vector3d tip(const Eigen::VectorXd& x) const;
+  /// Position of an effector of points, m.
+  Eigen::Vector3d position(const Eigen::VectorXd& x, int effector) const;
+  /// Position of the first effector, the one that trace and report are about, m.
+  Eigen::Vector3d tip(const Eigen::VectorXd& x) const { return position(x, 0); }
 
   fem::Model model;
-  std::vector<fem::Attachment> tip_points;
+  std::vector<std::vector<fem::Attachment>> effector_points;  ///< one an effector; empty where it is a cavity
   fem::Constraints constraints;
 };
 

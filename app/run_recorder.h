@@ -11,6 +11,7 @@
 
 #include "app/config.h"
 #include "app/motion.h"
+#include "app/sensor_watch.h"
 #include "rt/control_loop.h"
 #include "rt/trace_record.h"
 
@@ -41,7 +42,7 @@ class RunRecorder {
   /// @param motion  the path that is followed, once it is
   void add(const rt::TraceRecord& record, const Motion* motion);
 
-  /// Error of the tip in the last sample of the tracker, mm; nothing without one on the path.
+  /// Error of the tip when it was measured last, mm; nothing where it was not, on the path.
   std::optional<double> last_error_mm() const { return last_error_mm_; }
 
   /// Closes the trace and writes DIR/summary.json.
@@ -51,20 +52,45 @@ class RunRecorder {
   struct ModelPoint {
     std::int64_t stamp_ns;
     rt::EffectorVector p_e;
+    rt::ActuatorVector lambda;
   };
 
-  void write_row(const rt::TraceRecord& record, const Motion* motion, bool new_sample);
-  void judge_sample(const rt::TraceRecord& record, const Motion& motion);
-  double distance_mm(const rt::EffectorVector& p, const std::array<double, 3>& measured) const;
+  /// Where what a sensor measures stands among the readings.
+  struct Reading {
+    std::size_t sensor, signal;
+  };
+
+  /// A coordinate of an effector other than the first.
+  struct OtherReading {
+    Reading reading;
+    std::string column;
+  };
+
+  void place_readings(const Config& config);
+  void write_header();
+  void write_row(const rt::TraceRecord& record, const Motion* motion);
+  std::string tip_cells(const rt::TraceRecord& record) const;
+  std::string cell(const rt::TraceRecord& record, const std::optional<Reading>& reading, int decimals) const;
+  bool is_new(const rt::TraceRecord& record, const Reading& reading) const;
+  void judge_tip(const rt::TraceRecord& record, const Motion& motion);
+  void judge_efforts(const rt::TraceRecord& record);
+  const ModelPoint& model_at(std::int64_t stamp_ns) const;
 
   const Config& config_;
   std::filesystem::path directory_;
   std::ofstream csv_;
   std::vector<int> tip_axes_;  // axes of the first effector's controlled coordinates, in their order
   int effector_coordinates_;
-  std::int64_t first_ns_ = 0, last_ns_ = 0, last_sample_ns_ = 0, running_since_ns_ = 0, running_until_ns_ = 0;
-  std::deque<ModelPoint> recent_;  // where the model put the effectors, as long as a sample may refer to it
+  std::array<std::optional<Reading>, 3> tip_;    // x, y, z of the first effector
+  std::vector<std::optional<Reading>> efforts_;  // one an actuator
+  std::vector<OtherReading> others_;
+  std::array<std::int64_t, hal::kMaxSensors> known_ns_{};  // of each sensor's last sample
+  SensorWatch watch_;
+  std::int64_t first_ns_ = 0, last_ns_ = 0, running_since_ns_ = 0, running_until_ns_ = 0;
+  std::deque<ModelPoint> recent_;            // what the model held true, as long as a sample may refer to it
+  std::array<std::int64_t, 3> judged_ns_{};  // of the tip's coordinates
   std::vector<double> tracking_mm_, model_mm_;
+  std::vector<std::vector<double>> effort_errors_;  // N or Pa, one list an actuator
   std::optional<double> last_error_mm_;
   std::map<std::string, std::int64_t> statuses_;
   std::array<std::int64_t, rt::kFaultKinds> fault_cycles_{};

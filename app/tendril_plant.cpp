@@ -35,8 +35,8 @@ using FaultRing = rt::SpscRing<PlantFault, 64>;  // main thread ▶ bus thread
 /// What it does to the drives is told after every step.
 /// @return  share of the grid's deadlines that were passed over; nothing where the body could not be advanced
 std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplacements>& displacements,
-                               rt::TripleBuffer<PlantEfforts>& efforts, rt::TripleBuffer<PlantTip>& tips,
-                               const std::atomic<bool>& quit) {
+                               rt::TripleBuffer<PlantEfforts>& efforts,
+                               rt::TripleBuffer<PlantSighting>& sightings, const std::atomic<bool>& quit) {
   std::int64_t then_ns = rt::now_ns(), steps = 0, missed = 0;
   rt::PeriodicClock clock(1e9 / static_cast<double>(body.time_step_ns()), then_ns);
   while (!quit) {
@@ -49,8 +49,8 @@ std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplaceme
     then_ns = now_ns;
     efforts.back() = body.efforts();
     efforts.publish();
-    tips.back() = {body.tip(), now_ns};
-    tips.publish();
+    sightings.back() = body.sighting(now_ns);
+    sightings.publish();
     ++steps;
     missed += clock.realign(rt::now_ns());
   }
@@ -58,15 +58,15 @@ std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplaceme
 }
 
 void run_bus(hal::Bus& bus, PlantDrives& drives, rt::TripleBuffer<PlantDisplacements>& displacements,
-             rt::TripleBuffer<PlantEfforts>& efforts, rt::TripleBuffer<PlantTip>& tips, FaultRing& faults,
-             const std::atomic<bool>& quit) noexcept {
+             rt::TripleBuffer<PlantEfforts>& efforts, rt::TripleBuffer<PlantSighting>& sightings,
+             FaultRing& faults, const std::atomic<bool>& quit) noexcept {
   PlantFault fault;
   pollfd readable{bus.descriptor(), POLLIN, 0};
   while (!quit) {
     poll(&readable, 1, kPollTimeout_ms);
     while (faults.pop(fault)) drives.inject(fault);
     drives.set_loads(efforts.latest());
-    drives.serve(bus, tips.latest(), rt::now_ns());
+    drives.serve(bus, sightings.latest(), rt::now_ns());
     displacements.back() = drives.felt_displacements();
     displacements.publish();
   }
@@ -79,21 +79,22 @@ int run_plant(const std::string& file, const std::string& bus_name) {
   const auto bus = hal::open_bus(bus_name.empty() ? config.bus.name : bus_name, hal::BusRole::kHost);
   rt::TripleBuffer<PlantDisplacements> displacements;
   rt::TripleBuffer<PlantEfforts> efforts;
-  rt::TripleBuffer<PlantTip> tips;
+  rt::TripleBuffer<PlantSighting> sightings;
   FaultRing faults;
   PlantConsole console(config);
   std::atomic<bool> quit{false};
   displacements.back() = drives.felt_displacements();
   displacements.publish();
-  tips.back() = {body.tip(), rt::now_ns()};
-  tips.publish();
+  sightings.back() = body.sighting(rt::now_ns());
+  sightings.publish();
 
-  rt::RealtimeThread bus_thread({"bus", kBusPriority}, rt::RtRights::kIgnore,
-                                [&] { run_bus(*bus, drives, displacements, efforts, tips, faults, quit); });
+  rt::RealtimeThread bus_thread({"bus", kBusPriority}, rt::RtRights::kIgnore, [&] {
+    run_bus(*bus, drives, displacements, efforts, sightings, faults, quit);
+  });
   std::optional<double> behind;
   std::atomic<bool> body_ended{false};
   std::thread body_thread([&] {
-    behind = run_body(body, displacements, efforts, tips, quit);
+    behind = run_body(body, displacements, efforts, sightings, quit);
     body_ended = true;
   });
   spdlog::info("{}: simulated robot of {} nodes on {}", config.robot, body.robot().model.mesh().node_count(),
@@ -119,8 +120,8 @@ int main(int argc, char** argv) {
   CLI::App cli{
       "tendril-plant is a simulated robot on the other side of the bus: servo drives that speak the "
       "protocol of the robot file, a body in motion with a material of its own (section 'plant' of the robot "
-      "file), and a camera that shows its "
-      "tip. Faults can be injected: a line on standard input for each; the line 'help' lists them. It hosts "
+      "file), and its sensors. "
+      "Faults can be injected: a line on standard input for each; the line 'help' lists them. It hosts "
       "the bus where that is a local socket, and prints 'ready' once it can be talked to. Ends on "
       "SIGTERM.\n\n"
       "Exit codes: 0 ended as asked; 1 the body could not be advanced; 2 wrong usage or robot file; 3 the "

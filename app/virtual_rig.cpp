@@ -35,7 +35,7 @@ VirtualRig::VirtualRig(const Config& config, const VirtualSettings& settings)
       drives_(config, settings.start),
       control_grid_(config.control.rate_hz, kStart_ns),
       rest_(rest_of_effectors(*robot_)) {
-  tips_.push_back({body_.tip(), kStart_ns});
+  sightings_.push_back(body_.sighting(kStart_ns));
   events_ = {{&VirtualRig::move_body, body_.time_step_ns(), kStart_ns + body_.time_step_ns()},
              {&VirtualRig::serve_drives, settings.drive_period_ns, kStart_ns},
              {&VirtualRig::refresh_model, period_ns(settings.model_rate_hz), kStart_ns},
@@ -67,10 +67,10 @@ void VirtualRig::move_body() {
   if (!body_.step(drives_.felt_displacements(), config_.plant->time_step))
     throw std::runtime_error("the simulated body could not be advanced: a smaller plant.time_step may help");
   drives_.set_loads(body_.efforts());
-  tips_.push_back({body_.tip(), now_ns_});
+  sightings_.push_back(body_.sighting(now_ns_));
 }
 
-void VirtualRig::serve_drives() { drives_.serve(plant_bus_, tips_.back(), now_ns_); }
+void VirtualRig::serve_drives() { drives_.serve(plant_bus_, sightings_.back(), now_ns_); }
 
 void VirtualRig::refresh_model() {
   if (model_stalled_) return;

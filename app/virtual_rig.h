@@ -44,9 +44,9 @@ class VirtualRig {
 
   std::int64_t now_ns() const { return now_ns_; }
   rt::Phase phase() const { return trace_.empty() ? rt::Phase::kConnecting : trace_.back().phase; }
-  const std::vector<rt::TraceRecord>& trace() const { return trace_; }  ///< every cycle so far
-  const std::vector<PlantTip>& tips() const { return tips_; }      ///< of the body, after every time step
-  const std::optional<Motion>& motion() const { return motion_; }  ///< once the controller runs
+  const std::vector<rt::TraceRecord>& trace() const { return trace_; }        ///< every cycle so far
+  const std::vector<PlantSighting>& sightings() const { return sightings_; }  ///< after every time step
+  const std::optional<Motion>& motion() const { return motion_; }             ///< once the controller runs
   const rt::Controller& controller() const { return controller_; }
   const hal::DriveMaster& master() const { return *master_; }
   PlantDisplacements displacements() const { return drives_.displacements(); }
@@ -99,7 +99,7 @@ class VirtualRig {
   int overruns_ = 0, late_in_a_row_ = 0;
   std::vector<Event> events_;  // a tie is served in this order
   std::vector<rt::TraceRecord> trace_;
-  std::vector<PlantTip> tips_;
+  std::vector<PlantSighting> sightings_;
   rt::EffectorVector rest_;  // where effectors that do not move stay
   std::optional<Motion> motion_;
   bool model_settled_ = false, snapshot_ready_ = false;

@@ -45,7 +45,7 @@ std::vector<uint32_t> Cia402Master::identifiers() const {
 }
 
 void Cia402Master::receive(const Frame& frame, int64_t arrival_ns) noexcept {
-  if (supervisor_.receive_tracker(frame, arrival_ns)) return;
+  if (supervisor_.receive_sensor(frame, arrival_ns)) return;
   for (Cia402Axis& axis : axes_) axis.receive(frame, arrival_ns);
 }
 

@@ -40,7 +40,7 @@ void check_identifiers(const MasterConfig& config) {
   claims.claim(kNmtId, "NMT");
   claims.claim(kSyncId, "SYNC");
   claims.claim(kHeartbeatBase + config.canopen.master_node, "the master's heartbeat");
-  if (config.tracker_id != 0) claims.claim(config.tracker_id, "the tracker");
+  claims.claim(config.sensors);
   for (const AxisConfig& axis : config.axes) {
     for (const uint32_t base : {kEmergencyBase, kSdoAnswerBase, kSdoRequestBase, kHeartbeatBase})
       claims.claim(base + axis.node, to_text(axis));

@@ -57,7 +57,7 @@ void set_soft_limits(std::span<SdoStep> steps, SoftLimits limits) noexcept;
 /// The entries that let a drive go: it watches the master no more.
 std::vector<SdoStep> release_steps();
 
-/// The frames of a running robot, for the bus budget: PDOs, SYNC, heartbeats; without the tracker's.
+/// The frames of a running robot, for the bus budget: PDOs, SYNC, heartbeats; without the sensors'.
 std::vector<PeriodicFrames> cia402_frames(const MasterConfig& config);
 
 }  // namespace tendril::hal

@@ -66,7 +66,8 @@ void check(const MasterConfig& config) {
 
 std::vector<PeriodicFrames> periodic_frames(const MasterConfig& config) {
   auto frames = config.protocol == Protocol::kOdrive ? odrive_frames(config) : cia402_frames(config);
-  if (config.tracker_id != 0) frames.push_back({.length = 8, .rate_hz = config.tracker_rate_hz});
+  for (const SensorConfig& sensor : config.sensors)
+    frames.push_back({.length = sensor.length, .rate_hz = sensor.rate_hz});
   return frames;
 }
 

@@ -7,6 +7,7 @@
 
 #include "hal/bus.h"
 #include "hal/frame_batch.h"
+#include "hal/sensor.h"
 
 namespace tendril::hal {
 
@@ -47,7 +48,7 @@ struct DriveFault {
   uint32_t expected = 0;  // kUnexpectedValue: what it must show
 };
 
-/// What is known of the drives and the tracker at one instant.
+/// What is known of the drives and the sensors at one instant.
 struct Measurement {
   int64_t stamp_ns = 0;  // instant of `measure`
   int axes = 0;
@@ -59,9 +60,7 @@ struct Measurement {
   bool all_disabled = false;  // no drive is known to have its power stage on
   bool finished = false;      // Command::finish is done: the drives are stopped and watch us no more
   DriveFault fault;           // latched until Command::reset
-  std::array<double, 3> tracker_position{};  // m, robot's frame
-  int64_t tracker_stamp_ns = 0;              // when the camera saw it; 0: never
-  bool tracker_fresh = false;                // seen within the tracker timeout
+  SensorReadings sensors;
 };
 
 /// What the drives shall do.

@@ -1,7 +1,7 @@
 #include "hal/frame_layout.h"
 
 #include <algorithm>
-#include <cctype>
+#include <cstdio>
 
 #include "hal/canopen.h"
 #include "hal/cia402_setup.h"
@@ -10,8 +10,9 @@ namespace tendril::hal {
 namespace {
 
 constexpr const char* kController = "Tendril";
-constexpr const char* kTracker = "Tracker";
-constexpr size_t kLongestAxisName = 14;  // leaves room for the longest suffix in the 32 characters of a name
+// These leave room for the longest prefix and suffix in the 32 characters of a name.
+constexpr size_t kLongestAxisName = 14;
+constexpr size_t kLongestSensorName = 25;
 
 Signal number(const char* name, int start, int length, SignalType type = SignalType::kUnsigned) {
   return {.name = name, .start = start, .length = length, .type = type};
@@ -27,13 +28,17 @@ Signal real(const char* name, int start, const char* unit = "") {
   return scaled(number(name, start, 32, SignalType::kFloat), 1, unit);
 }
 
-/// The axis' own name where a DBC can have it as an identifier, else its node's number.
+/// Whether a DBC can have a name as the rest of an identifier.
+bool fits_a_name(const std::string& name, size_t longest) {
+  return name.size() <= longest && std::all_of(name.begin(), name.end(), [](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+         });
+}
+
+/// The axis' own name where it fits, else its node's number.
 std::string node_name(const AxisConfig& axis) {
-  const bool fits =
-      axis.name.size() <= kLongestAxisName && std::all_of(axis.name.begin(), axis.name.end(), [](char c) {
-        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-      });
-  return fits ? "Drive_" + axis.name : "Node_" + std::to_string(axis.node);
+  return fits_a_name(axis.name, kLongestAxisName) ? "Drive_" + axis.name
+                                                  : "Node_" + std::to_string(axis.node);
 }
 
 void append_sdo(std::vector<FrameLayout>& frames, const std::string& node, int number_of_node) {
@@ -111,12 +116,27 @@ void append_odrive(std::vector<FrameLayout>& frames, const AxisConfig& axis, Odr
   add(OdriveMessage::kClearErrors, "_clear_errors", 0, kController, {});
 }
 
-FrameLayout tracker_layout(uint32_t id) {
-  FrameLayout layout{id, "Tracker_sighting", 8, kTracker, {}};
-  constexpr const char* kCoordinates[] = {"x", "y", "z"};
-  for (int i = 0; i < 3; ++i)
-    layout.signals.push_back(scaled(number(kCoordinates[i], 16 * i, 16, SignalType::kSigned), 0.01, "mm"));
-  layout.signals.push_back(scaled(number("age", 48, 16), 0.01, "ms"));
+/// A signal in the unit that people read.
+Signal legible(Signal signal) {
+  struct Unit {
+    const char *si, *name;
+    double per_si;
+  };
+  for (const Unit& unit : {Unit{"m", "mm", 1e3}, Unit{"Pa", "kPa", 1e-3}, Unit{"s", "ms", 1e3}})
+    if (signal.unit == unit.si) {
+      signal.offset *= unit.per_si;
+      return scaled(signal, signal.scale * unit.per_si, unit.name);
+    }
+  return signal;
+}
+
+FrameLayout sensor_layout(const SensorConfig& sensor) {
+  char id[8];
+  std::snprintf(id, sizeof id, "%X", sensor.id);
+  const std::string name = "Sensor_" + (fits_a_name(sensor.name, kLongestSensorName) ? sensor.name : id);
+  FrameLayout layout{sensor.id, name, sensor.length, name, {}};
+  for (const Signal& signal : sensor.signals) layout.signals.push_back(legible(signal));
+  if (sensor.age) layout.signals.push_back(legible(*sensor.age));
   return layout;
 }
 
@@ -135,7 +155,7 @@ std::vector<FrameLayout> frame_layouts(const MasterConfig& config,
                       kController,
                       {number("nmt_state", 0, 8)}});
   }
-  if (config.tracker_id != 0) frames.push_back(tracker_layout(config.tracker_id));
+  for (const SensorConfig& sensor : config.sensors) frames.push_back(sensor_layout(sensor));
   for (size_t i = 0; i < config.axes.size(); ++i) {
     if (canopen) {
       append_cia402(frames, config.axes[i], units.at(i));

@@ -26,7 +26,7 @@ struct DisplacementUnit {
   double per_si = 1000;  // how many make a m, or a m³
 };
 
-/// The frames of drives, controller and tracker, in the order of their identifiers' owners: those of the bus,
+/// The frames of drives, controller and sensors, in the order of their identifiers' owners: those of the bus,
 /// then axis by axis. Positions are in displacements, not in counts.
 /// @param config  as `check` of hal/drive_protocol.h wants it
 /// @param units   one an axis

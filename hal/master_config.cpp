@@ -36,7 +36,7 @@ void check_common(const MasterConfig& config) {
     refuse_drives("the control period must be within 0.1 ms..1 s");
   if (config.heartbeat_timeout_ns <= config.heartbeat_ns)
     refuse_drives("the heartbeat timeout must be longer than the time between heartbeats");
-  if (config.tracker_id > 0x7FF) refuse_drives("the tracker's identifier must fit 11 bits");
+  check(config.sensors);
   for (const AxisConfig& axis : config.axes) check_scale(axis);
 }
 
@@ -46,6 +46,15 @@ void IdentifierClaims::claim(uint32_t id, const std::string& user) {
   char text[8];
   std::snprintf(text, sizeof text, "0x%X", id);
   refuse_drives(first->second + " and " + user + " would both use identifier " + text);
+}
+
+void IdentifierClaims::claim(const std::vector<SensorConfig>& sensors) {
+  for (const SensorConfig& sensor : sensors) claim(sensor.id, "sensor '" + sensor.name + "'");
+}
+
+const std::string* IdentifierClaims::user(uint32_t id) const {
+  const auto found = users_.find(id);
+  return found == users_.end() ? nullptr : &found->second;
 }
 
 }  // namespace tendril::hal

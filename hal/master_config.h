@@ -9,6 +9,7 @@
 
 #include "hal/axis_scale.h"
 #include "hal/odrive.h"
+#include "hal/sensor.h"
 
 namespace tendril::hal {
 
@@ -93,14 +94,12 @@ struct MasterConfig {
   int64_t start_timeout_ns = 1'000'000'000;    // until a drive shows that it works, without power
   int64_t enable_timeout_ns = 3'000'000'000;   // from the wish to follow commands to the drive that does
   int64_t feedback_timeout_ns = 50'000'000;    // without positions
-  uint32_t tracker_id = 0;                     // 11-bit identifier of the tracker's frames; 0: there is none
-  int64_t tracker_timeout_ns = 100'000'000;    // an older sighting is not fresh
-  double tracker_rate_hz = 100;                // for the bus budget
+  std::vector<SensorConfig> sensors{};
   CanopenConfig canopen{};
   OdriveConfig odrive{};
 };
 
-/// Checks what every protocol asks for: number of axes, scales, period, time-outs, tracker.
+/// Checks what every protocol asks for: number of axes, scales, period, time-outs, sensors.
 /// @throws std::invalid_argument with a sentence that names the axis and what is expected
 /// Real-time: no.
 void check_common(const MasterConfig& config);
@@ -121,6 +120,12 @@ class IdentifierClaims {
   /// @param user  for the message, "axis 'north' (node 3)"
   /// @throws std::invalid_argument where the identifier has another user
   void claim(uint32_t id, const std::string& user);
+
+  /// For each sensor its identifier. @throws std::invalid_argument as above
+  void claim(const std::vector<SensorConfig>& sensors);
+
+  /// Who uses an identifier; nullptr where it is free.
+  const std::string* user(uint32_t id) const;
 
  private:
   std::map<uint32_t, std::string> users_;

@@ -40,7 +40,7 @@ void check_odrive(const MasterConfig& config) {
       2 * config.odrive.encoder_period_ns > config.feedback_timeout_ns)
     refuse_drives("the time between encoder estimates must be within 1 ms..half the feedback timeout");
   IdentifierClaims claims;
-  if (config.tracker_id != 0) claims.claim(config.tracker_id, "the tracker");
+  claims.claim(config.sensors);
   for (const AxisConfig& axis : config.axes) {
     check_axis(axis);
     for (uint32_t message = 0; message < 32; ++message)
@@ -70,7 +70,7 @@ std::vector<uint32_t> OdriveMaster::identifiers() const {
 }
 
 void OdriveMaster::receive(const Frame& frame, int64_t arrival_ns) noexcept {
-  if (supervisor_.receive_tracker(frame, arrival_ns)) return;
+  if (supervisor_.receive_sensor(frame, arrival_ns)) return;
   for (OdriveAxis& axis : axes_) axis.receive(frame, arrival_ns);
 }
 

@@ -14,7 +14,7 @@ namespace tendril::hal {
 /// Real-time: no.
 void check_odrive(const MasterConfig& config);
 
-/// The frames of a running robot, for the bus budget: inputs, estimates, heartbeats; without the tracker's.
+/// The frames of a running robot, for the bus budget: inputs, estimates, heartbeats; without the sensors'.
 /// Real-time: no (allocates).
 std::vector<PeriodicFrames> odrive_frames(const MasterConfig& config);
 

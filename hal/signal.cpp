@@ -47,7 +47,7 @@ double number_of(const Signal& signal, uint64_t bits) noexcept {
 }
 
 /// The bits of a number, which for integers is a whole one. @return nothing where it does not fit
-std::optional<uint64_t> bits_of(const Signal& signal, double number) noexcept {
+std::optional<uint64_t> bits_of_number(const Signal& signal, double number) noexcept {
   if (signal.type == SignalType::kFloat) {
     if (signal.length == 64) return std::bit_cast<uint64_t>(number);
     if (std::abs(number) > std::numeric_limits<float>::max()) return std::nullopt;
@@ -71,6 +71,12 @@ bool is_identifier(const std::string& name) {
 int bytes_needed(const Signal& signal) noexcept {
   const int before = signal.order == ByteOrder::kIntel ? signal.start : bits_before(signal);
   return (before + signal.length + 7) / 8;
+}
+
+uint64_t bits_of(const Signal& signal) noexcept {
+  Frame frame;
+  store(frame, signal.order, mask_of(signal.length) << shift_of(signal));
+  return load(frame, ByteOrder::kIntel);
 }
 
 void check(const Signal& signal) {
@@ -104,7 +110,7 @@ bool encode(const Signal& signal, double value, Frame& frame) noexcept {
   double number = (value - signal.offset) / signal.scale;
   if (!std::isfinite(number) || frame.length < bytes_needed(signal)) return false;
   if (signal.type != SignalType::kFloat) number = std::round(number);
-  const auto bits = bits_of(signal, number);
+  const auto bits = bits_of_number(signal, number);
   if (!bits) return false;
   const int shift = shift_of(signal);
   const uint64_t mask = mask_of(signal.length) << shift;

@@ -34,6 +34,11 @@ struct Signal {
 /// Real-time: yes.
 int bytes_needed(const Signal& signal) noexcept;
 
+/// The bits of a frame that are the signal's: byte by byte from the least significant on.
+/// @param signal  as `check` wants it
+/// Real-time: yes.
+uint64_t bits_of(const Signal& signal) noexcept;
+
 /// Checks a signal: name, that it lies within 8 bytes, length, scale, offset.
 /// @throws std::invalid_argument with a sentence that names the signal and what is expected
 /// Real-time: no.

@@ -1,7 +1,5 @@
 #include "hal/supervisor.h"
 
-#include "hal/tracker.h"
-
 namespace tendril::hal {
 namespace {
 
@@ -20,15 +18,6 @@ FaultKind fault_of(BusHealth health) noexcept {
 }
 
 }  // namespace
-
-bool Supervisor::receive_tracker(const Frame& frame, int64_t arrival_ns) noexcept {
-  if (config_.tracker_id == 0 || frame.id != config_.tracker_id || frame.extended) return false;
-  if (const auto sample = decode_tracker(frame)) {
-    measurement_.tracker_position = sample->position;
-    measurement_.tracker_stamp_ns = arrival_ns - sample->age_ns;
-  }
-  return true;
-}
 
 void Supervisor::latch_bus(BusHealth health) noexcept { latch({.kind = fault_of(health)}); }
 

@@ -5,26 +5,27 @@
 #include "hal/bus.h"
 #include "hal/drives.h"
 #include "hal/master_config.h"
+#include "hal/sensor_bank.h"
 
 namespace tendril::hal {
 
-/// What all masters do alike, whatever their protocol: sums up the axes, judges the bus, takes in the
-/// tracker's sightings, and latches the first fault until it is cleared.
+/// What all masters do alike, whatever their protocol: sums up the axes, judges the bus, listens to
+/// the sensors, and latches the first fault until it is cleared.
 /// Real-time: every function but the constructor and `identifiers` (bounded, no allocation).
 class Supervisor {
  public:
   /// @param config  outlives the supervisor
-  explicit Supervisor(const MasterConfig& config) : config_(config) {
+  explicit Supervisor(const MasterConfig& config) : sensors_(config.sensors, config.start_timeout_ns) {
     measurement_.axes = static_cast<int>(config.axes.size());
   }
 
   /// The identifiers that every master listens to. Real-time: no (allocates).
-  std::vector<uint32_t> identifiers() const {
-    return config_.tracker_id != 0 ? std::vector{config_.tracker_id} : std::vector<uint32_t>{};
-  }
+  std::vector<uint32_t> identifiers() const { return sensors_.identifiers(); }
 
-  /// Takes in a frame of the tracker. @return whether it was one
-  bool receive_tracker(const Frame& frame, int64_t arrival_ns) noexcept;
+  /// Takes in a frame of a sensor. @return whether it was one
+  bool receive_sensor(const Frame& frame, int64_t arrival_ns) noexcept {
+    return sensors_.receive(frame, arrival_ns);
+  }
 
   /// Lets each axis judge its time-outs and gives what is known.
   /// @tparam Axis  has supervise, position, position_stamp_ns, known, enabled, disabled, finished and fault,
@@ -53,7 +54,7 @@ class Supervisor {
       fault.axis = i;
       latch(fault);
     }
-    m.tracker_fresh = m.tracker_stamp_ns != 0 && now_ns - m.tracker_stamp_ns <= config_.tracker_timeout_ns;
+    m.sensors = sensors_.judge(now_ns);
     return m;
   }
 
@@ -75,7 +76,7 @@ class Supervisor {
   void latch_bus(BusHealth health) noexcept;
   void latch(const DriveFault& fault) noexcept;
 
-  const MasterConfig& config_;
+  SensorBank sensors_;
   Measurement measurement_;
 };
 

@@ -24,8 +24,7 @@ void fill(TraceRecord& record, std::int64_t now_ns, const hal::Measurement& meas
   record.qp_iterations = decision.qp_iterations;
   record.snapshot_sequence = snapshot ? snapshot->sequence : 0;
   record.snapshot_age_ns = decision.snapshot_age_ns;
-  record.tracker_stamp_ns = measurement.tracker_stamp_ns;
-  record.tracker = measurement.tracker_position;
+  record.sensors = measurement.sensors;
   for (Eigen::Index a = 0; a < decision.lambda.size(); ++a) {
     record.command[a] = decision.command.position[a];
     record.measured[a] = measurement.position[a];

@@ -89,6 +89,7 @@ void Controller::enter(Phase phase, std::int64_t now_ns) noexcept {
 void Controller::stop_if_demanded(const hal::Measurement& measurement, const Cycle& cycle,
                                   FaultSet before) noexcept {
   if (measurement.fault.kind != hal::FaultKind::kNone) decision_.faults.add(Fault::kDrives);
+  if (measurement.sensors.lost >= 0) decision_.faults.add(Fault::kSensorLost);
   if (cycle.late_in_a_row > config_.late_cycles_limit) decision_.faults.add(Fault::kLateCycles);
   if (cycle.model_failed) decision_.faults.add(Fault::kModelFailed);
   if (stopping()) return;
@@ -97,6 +98,7 @@ void Controller::stop_if_demanded(const hal::Measurement& measurement, const Cyc
       faulted_ = true;
       stop_reason_ = entry.fault;
       drive_fault_ = measurement.fault;
+      lost_sensor_ = measurement.sensors.lost;
     }
   // Only drives that follow commands can be braked.
   if (faulted_ || cycle.stop_requested)
@@ -108,7 +110,7 @@ void Controller::advance_phase(const hal::Measurement& measurement, const Snapsh
   const std::int64_t elapsed_ns = now_ns - phase_since_ns_;
   switch (decision_.phase) {
     case Phase::kConnecting:
-      if (measurement.all_known) enter(Phase::kModelling, now_ns);
+      if (measurement.all_known && measurement.sensors.ready) enter(Phase::kModelling, now_ns);
       break;
     case Phase::kModelling:
       if (snapshot) enter(Phase::kEnabling, now_ns);

@@ -12,7 +12,7 @@ namespace tendril::rt {
 
 /// Where a run stands. Each phase leads to the next or to kStopping.
 enum class Phase : std::uint8_t {
-  kConnecting,  ///< until every drive has told its position
+  kConnecting,  ///< until every drive has told its position, and every required sensor is fresh
   kModelling,   ///< until the model rests at the measured lengths and has published a snapshot
   kEnabling,    ///< until every drive follows its command; they hold where they are
   kRunning,
@@ -96,6 +96,8 @@ class Controller {
   bool faulted() const noexcept { return faulted_; }
   Fault stop_reason() const noexcept { return stop_reason_; }
   const hal::DriveFault& drive_fault() const noexcept { return drive_fault_; }
+  /// Index of the sensor, where the reason is kSensorLost.
+  int lost_sensor() const noexcept { return lost_sensor_; }
 
  private:
   void advance_phase(const hal::Measurement& measurement, const Snapshot* snapshot,
@@ -120,6 +122,7 @@ class Controller {
   bool faulted_ = false;
   Fault stop_reason_ = Fault::kDrives;
   hal::DriveFault drive_fault_;
+  int lost_sensor_ = -1;
   std::int64_t phase_since_ns_ = 0;
   std::int64_t stop_limit_ns_;  // the longest that coming to a halt can take
 };

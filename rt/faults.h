@@ -15,9 +15,10 @@ enum class Fault : std::uint8_t {
   kQpIllPosed,
   kLateCycles,
   kModelFailed,
+  kSensorLost,
   kDrives,
 };
-inline constexpr int kFaultKinds = 9;
+inline constexpr int kFaultKinds = 10;
 
 /// What the controller does about it, from the mildest on.
 enum class Reaction : std::uint8_t {
@@ -44,6 +45,7 @@ inline constexpr std::array<FaultRule, kFaultKinds> kFaultTable{{
     {Fault::kLateCycles, Reaction::kStop, "too many late cycles in a row"},
     {Fault::kModelFailed, Reaction::kStop,
      "the model failed: no equilibrium at the measured displacements, or no memory"},
+    {Fault::kSensorLost, Reaction::kStop, "a sensor that the robot may not lose has fallen silent"},
     {Fault::kDrives, Reaction::kStop, "a drive or the bus failed"},
 }};
 

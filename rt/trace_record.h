@@ -26,8 +26,7 @@ struct TraceRecord {
   int qp_iterations = 0;
   std::uint64_t snapshot_sequence = 0;  ///< 0: none yet
   std::int64_t snapshot_age_ns = 0;
-  std::int64_t tracker_stamp_ns = 0;                      ///< when the tracker saw the effector; 0: never
-  std::array<double, 3> tracker{};                        ///< m
+  hal::SensorReadings sensors;
   std::array<double, kMaxActuators> command{};            ///< δ_a commanded, m or m³
   std::array<double, kMaxActuators> measured{};           ///< δ_a measured, m or m³
   std::array<double, kMaxActuators> lambda{};             ///< N or Pa

@@ -169,9 +169,9 @@ TEST_CASE("A robot with an actuator of each kind follows its path over the bus",
   CHECK(rig.heap_calls() == 0);
   double sum = 0, largest = 0;
   int samples = 0;
-  for (const PlantTip& tip : rig.tips()) {
-    if (tip.stamp_ns < rig.motion()->path_start_ns()) continue;
-    const double error_mm = 1e3 * (rig.motion()->at(tip.stamp_ns).position.head<3>() - tip.position).norm();
+  for (const PlantSighting& seen : rig.sightings()) {
+    if (seen.stamp_ns < rig.motion()->path_start_ns()) continue;
+    const double error_mm = 1e3 * (rig.motion()->at(seen.stamp_ns).position.head<3>() - seen.tip).norm();
     sum += error_mm;
     largest = std::max(largest, error_mm);
     ++samples;

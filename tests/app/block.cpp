@@ -100,7 +100,17 @@ actuators:
     drive: {node: 4, counts_per_turn: 4096, lead: 5 mm}
 control:
   workspace: [-10 -10 50 mm, 10 10 70 mm]
-bus: {name: vcan0, tracker: 0x1F0}
+bus: {name: vcan0}
+sensors:
+  - name: camera
+    id: 0x1F0
+    rate: 100 Hz
+    timeout: 100 ms
+    signals:
+      - {effector: top, coordinate: x, start: 0, length: 16, type: signed, scale: 0.01 mm}
+      - {effector: top, coordinate: y, start: 16, length: 16, type: signed, scale: 0.01 mm}
+      - {effector: top, coordinate: z, start: 32, length: 16, type: signed, scale: 0.01 mm}
+    age: {start: 48, length: 16, scale: 0.01 ms}
 motion:
   origin: 0 0 60 mm
   waypoints: [2 1 1 mm, 1 -1 0.5 mm]

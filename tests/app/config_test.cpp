@@ -114,7 +114,33 @@ TEST_CASE("The shipped diamond loads with its exact values in SI", "[unit]") {
   CHECK(c.bus.master_node == 127);
   CHECK(c.bus.heartbeat == 0.05);
   CHECK(c.bus.heartbeat_timeout == 0.15);
-  CHECK(c.bus.tracker_id == 0x1F0);
+
+  REQUIRE(c.sensors.size() == 1);
+  const tendril::hal::SensorConfig& camera = c.sensors[0].frame;
+  CHECK(camera.name == "camera");
+  CHECK(camera.id == 0x1F0);
+  CHECK(camera.length == 8);
+  CHECK(camera.rate_hz == 100);
+  CHECK(camera.timeout_ns == 100'000'000);
+  CHECK_FALSE(camera.required);
+  REQUIRE(camera.signals.size() == 3);
+  const char* const coordinates[] = {"tip_x", "tip_y", "tip_z"};
+  for (int k = 0; k < 3; ++k) {
+    CHECK(camera.signals[k].name == coordinates[k]);
+    CHECK(camera.signals[k].start == 16 * k);
+    CHECK(camera.signals[k].length == 16);
+    CHECK(camera.signals[k].order == tendril::hal::ByteOrder::kIntel);
+    CHECK(camera.signals[k].type == tendril::hal::SignalType::kSigned);
+    CHECK(camera.signals[k].scale == 1e-5);
+    CHECK(camera.signals[k].offset == 0);
+    CHECK(camera.signals[k].unit == "m");
+    CHECK(c.sensors[0].measures[k] == MeasuredConfig{.effector = 0, .axis = k});
+  }
+  REQUIRE(camera.age);
+  CHECK(camera.age->start == 48);
+  CHECK(camera.age->length == 16);
+  CHECK(camera.age->scale == 1e-5);
+  CHECK(camera.age->unit == "s");
 
   REQUIRE(c.motion);
   CHECK(c.motion->origin == Vector3d(0, 0, 0.125));
@@ -130,7 +156,6 @@ TEST_CASE("The shipped diamond loads with its exact values in SI", "[unit]") {
   CHECK(c.plant->damping_mass == 2);
   CHECK(c.plant->damping_stiffness == 0.01);
   CHECK(c.plant->time_step == 0.005);
-  CHECK(c.plant->tracker_rate_hz == 100);
 }
 
 TEST_CASE("Every robot that is shipped loads, its mesh called after it", "[unit]") {
@@ -232,13 +257,36 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(c.bus.master_node == 126);
   CHECK(c.bus.heartbeat == 0.1);
   CHECK(c.bus.heartbeat_timeout == 0.25);
+  REQUIRE(c.sensors.size() == 2);
+  CHECK(c.sensors[0].frame.required);
+  CHECK(c.sensors[0].frame.length == 8);
+  CHECK(c.sensors[0].frame.timeout_ns == 150'000'000);
+  CHECK(c.sensors[0].measures[0] == MeasuredConfig{.effector = 1, .axis = 1});
+  CHECK(c.sensors[0].frame.age->offset == 0.001);
+  CHECK(c.sensors[0].frame.age->order == tendril::hal::ByteOrder::kMotorola);
+  using tendril::hal::ByteOrder;
+  const auto& cells = c.sensors[1].frame;
+  CHECK(cells.length == 7);  // as far as the signals reach
+  CHECK_FALSE(cells.age);
+  CHECK(cells.timeout_ns == 100'000'000);
+  CHECK(cells.signals[0].name == "left_tension");
+  CHECK(cells.signals[0].order == ByteOrder::kMotorola);
+  CHECK(cells.signals[0].type == tendril::hal::SignalType::kFloat);
+  CHECK(cells.signals[0].offset == Approx(-0.1));
+  CHECK(cells.signals[1].name == "strut_force");
+  CHECK(cells.signals[2].name == "air_pressure");
+  CHECK(cells.signals[2].scale == 250);
+  CHECK(cells.signals[2].unit == "Pa");
+  for (int a = 0; a < 3; ++a) CHECK(c.sensors[1].measures[a].effector == -1);
+  CHECK(c.sensors[1].measures[0].actuator == 0);
+  CHECK(c.sensors[1].measures[1].actuator == 1);
+  CHECK(c.sensors[1].measures[2].actuator == 3);
   CHECK_FALSE(c.motion->closed);
   CHECK(c.motion->effector == 1);
   REQUIRE(c.plant->loads.size() == 1);
   CHECK(c.plant->loads[0].force == Vector3d(0.2, 0, 0));
   CHECK(c.plant->damping_stiffness == 0.02);
   CHECK(c.plant->time_step == 0.005);
-  CHECK(c.plant->tracker_rate_hz == 50);
   CHECK(c.plant->drives.force_limit == 1.5);
   CHECK(c.plant->drives.acceleration_time == Approx(8e-3));
   CHECK(c.plant->drives.position_gain == 60);
@@ -288,7 +336,7 @@ bus: {name: can0, master_node: 1}
   CHECK(c.control.rate_hz == 600);
   CHECK(c.control.workspace_max == Vector3d::Ones());
   CHECK(c.bus.heartbeat_timeout == 0.15);
-  CHECK(c.bus.tracker_id == 0);
+  CHECK(c.sensors.empty());
   CHECK_FALSE(c.motion);
   CHECK_FALSE(c.plant);
   CHECK(c.mesh.line == 3);

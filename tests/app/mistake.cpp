@@ -48,7 +48,6 @@ bus:
   master_node: 127
   heartbeat: 50 ms
   heartbeat_timeout: 150 ms
-  tracker: 0x1F0
 motion:
   origin: 0 0 125 mm
   waypoints:
@@ -63,11 +62,11 @@ plant:
 
 namespace {
 
-void check(const Mistake& mistake) {
+void check(const Mistake& mistake, const std::string& base) {
   INFO("'" << mistake.good << "' becomes '" << mistake.bad << "'");
-  const std::size_t place = kGood.find(mistake.good);
+  const std::size_t place = base.find(mistake.good);
   REQUIRE(place != std::string::npos);
-  const std::string text = std::string(kGood).replace(place, mistake.good.size(), mistake.bad);
+  const std::string text = std::string(base).replace(place, mistake.good.size(), mistake.bad);
   const std::size_t at = text.find(mistake.at ? mistake.at : mistake.bad);
   REQUIRE(at != std::string::npos);
   const RobotFile file(text);
@@ -79,8 +78,8 @@ void check(const Mistake& mistake) {
 
 }  // namespace
 
-void check_mistakes(const std::vector<Mistake>& mistakes) {
-  for (const Mistake& mistake : mistakes) check(mistake);
+void check_mistakes(const std::vector<Mistake>& mistakes, const std::string& base) {
+  for (const Mistake& mistake : mistakes) check(mistake, base);
 }
 
 std::string error_of(const std::filesystem::path& file) {

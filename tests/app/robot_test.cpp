@@ -119,7 +119,7 @@ TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]"
       finger_config({{"node: 2, counts_per_turn: 65536, pulley_radius: 5 mm",
                       "node: 9, counts_per_turn: 4096, pulley_radius: 8 mm, reversed: true"},
                      {"heartbeat: 50 ms", "heartbeat: 40 ms"},
-                     {"tracker_rate: 100 Hz", "tracker_rate: 80 Hz"}});
+                     {"rate: 100 Hz", "rate: 80 Hz"}});
   const hal::MasterConfig m = master_config(config);
   REQUIRE(m.axes.size() == 2);
   CHECK(m.axes[0].name == "right");
@@ -132,8 +132,9 @@ TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]"
   CHECK(m.heartbeat_ns == 40'000'000);
   CHECK(m.heartbeat_timeout_ns == 150'000'000);
   CHECK(m.feedback_timeout_ns == 50'000'000);
-  CHECK(m.tracker_id == 0x1F0);
-  CHECK(m.tracker_rate_hz == 80);
+  REQUIRE(m.sensors.size() == 2);
+  CHECK(m.sensors[0].id == 0x1F0);
+  CHECK(m.sensors[0].rate_hz == 80);
   CHECK_NOTHROW(hal::check(m));
 }
 

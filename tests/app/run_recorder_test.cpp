@@ -19,6 +19,10 @@ Config straight() {
   config.effectors = {{"tip", {}, {true, false, true}, {}, {1, 1}}};
   config.actuators.resize(1);
   config.actuators[0].name = "north";
+  config.sensors = {
+      {{.name = "camera", .id = 0x1F0, .signals = std::vector<hal::Signal>(3)},
+       {{.effector = 0, .axis = 0}, {.effector = 0, .axis = 1}, {.effector = 0, .axis = 2}}},
+      {{.name = "cells", .id = 0x1F1, .signals = std::vector<hal::Signal>(1)}, {{.actuator = 0}}}};
   config.motion = MotionConfig{{0, 0, 0}, {{0, 0, 0}, {1, 0, 0}}, kSpeed, false};
   return config;
 }
@@ -40,8 +44,8 @@ struct Recording {
   /// The same with a sighting of the tip at (x, 0.5, 0), seen `seen_ms` after the start.
   rt::TraceRecord sighting(int at_ms, int seen_ms, double x) const {
     rt::TraceRecord record = cycle(at_ms);
-    record.tracker_stamp_ns = kStart_ns + seen_ms * kMillisecond_ns;
-    record.tracker = {x, 0.5, 0};  // y is not controlled: it is no error
+    record.sensors.stamp_ns[0] = kStart_ns + seen_ms * kMillisecond_ns;
+    record.sensors.value = {x, 0.5, 0};  // y is not controlled: it is no error
     return record;
   }
 
@@ -127,15 +131,95 @@ TEST_CASE("A sighting counts once, and only one on the path while the robot runs
   CHECK(known == "xx--xx");
 }
 
-TEST_CASE("Without a tracker the errors are null and their cells empty", "[unit]") {
+TEST_CASE("What no sensor has told is null and its cells empty", "[unit]") {
   Recording run;
   for (int ms = 0; ms < 100; ms += 10) run.recorder.add(run.cycle(ms), &run.motion);
   const nlohmann::json summary = run.finish();
   CHECK(summary.at("tracking_error_mm").is_null());
   CHECK(summary.at("model_error_mm").is_null());
+  CHECK(summary.at("effort_error").at("north").is_null());
   CHECK_FALSE(run.recorder.last_error_mm());
   for (const char* column : {"measured_x_m", "measured_y_m", "measured_z_m", "measured_t_s"})
     CHECK(run.trace().cell(0, column).empty());
+}
+
+TEST_CASE("A measured effort stands beside the model's, and is held against it at its own instant",
+          "[unit]") {
+  Recording run;
+  const auto cycle = [&run](int at_ms, int measured_ms, double measured, double solved) {
+    rt::TraceRecord record = run.cycle(at_ms);
+    record.sensors.stamp_ns[1] = kStart_ns + measured_ms * kMillisecond_ns;
+    record.sensors.value[3] = measured;
+    record.lambda[0] = solved;
+    run.recorder.add(record, nullptr);
+  };
+  cycle(0, -10, 9, 1);  // measured before the drives followed
+  cycle(10, 0, 1.5, 2);
+  cycle(20, 0, 1.5, 3);  // nothing new
+  cycle(30, 20, 2.75, 4);
+  const nlohmann::json error = run.finish().at("effort_error").at("north");
+  CHECK(error.at("samples") == 2);
+  CHECK(error.at("mean").get<double>() == Approx((0.5 + 0.25) / 2));
+  CHECK(error.at("max").get<double>() == Approx(0.5));
+  CHECK(error.at("unit") == "N");
+  const Trace trace = run.trace();
+  CHECK(trace.number(0, "measured_north_N") == 9);
+  CHECK(trace.number(1, "measured_north_N") == 1.5);
+  CHECK(trace.cell(2, "measured_north_N").empty());
+  CHECK(trace.number(3, "measured_north_N") == 2.75);
+}
+
+TEST_CASE("Coordinates from several sensors make one error, each at its own instant", "[unit]") {
+  Config config = straight();
+  config.sensors = {
+      {{.name = "laser", .signals = std::vector<hal::Signal>(1)}, {{.effector = 0, .axis = 0}}},
+      {{.name = "scale", .signals = std::vector<hal::Signal>(1)}, {{.effector = 0, .axis = 2}}}};
+  const RobotFile folder("");
+  RunRecorder recorder(config, folder.folder());
+  const Motion motion(config, rt::EffectorVector::Zero(2), rt::EffectorVector::Zero(2), kStart_ns);
+  rt::TraceRecord record;
+  record.phase = rt::Phase::kRunning;
+  record.intended_ns = kStart_ns + 300 * kMillisecond_ns;
+  record.sensors.stamp_ns[0] = kStart_ns + 100 * kMillisecond_ns;
+  record.sensors.value = {0.001 + 0.003,
+                          0.004};  // in x 3 mm ahead of where it is wanted at 100 ms, in z 4 mm
+  recorder.add(record, &motion);
+  CHECK_FALSE(recorder.last_error_mm());
+  record.intended_ns += 10 * kMillisecond_ns;
+  record.sensors.stamp_ns[1] = kStart_ns + 200 * kMillisecond_ns;
+  recorder.add(record, &motion);
+  REQUIRE(recorder.last_error_mm());
+  CHECK(*recorder.last_error_mm() == Approx(5));
+}
+
+TEST_CASE("What sensors tell of a further effector has columns of its own", "[unit]") {
+  Config config = straight();
+  config.effectors.push_back({"middle", {}, {true, true, true}, {}, {1, 1, 1}});
+  config.sensors = {
+      {{.name = "camera", .signals = std::vector<hal::Signal>(1)}, {{.effector = 1, .axis = 1}}}};
+  const RobotFile folder("");
+  RunRecorder recorder(config, folder.folder());
+  rt::TraceRecord record;
+  record.intended_ns = kStart_ns;
+  record.sensors.stamp_ns[0] = kStart_ns;
+  record.sensors.value[0] = 0.012;
+  recorder.add(record, nullptr);
+  recorder.finish({}, *std::make_unique<rt::LoopCounts>());
+  CHECK(read_trace(folder.folder()).number(0, "measured_middle_y_m") == 0.012);
+}
+
+TEST_CASE("The summary counts the losses of each sensor", "[unit]") {
+  Recording run;
+  for (int ms = 0; ms < 100; ms += 10) {
+    rt::TraceRecord record = run.cycle(ms);
+    record.sensors.fresh[0] = ms != 30 && ms != 40 && ms != 70;
+    record.sensors.fresh[1] = true;
+    run.recorder.add(record, &run.motion);
+  }
+  const nlohmann::json sensors = run.finish().at("sensors");
+  CHECK(sensors.at("camera").at("losses") == 2);
+  CHECK(sensors.at("camera").at("stale_s").get<double>() == Approx(0.03));
+  CHECK(sensors.at("cells") == nlohmann::json{{"losses", 0}, {"stale_s", 0.0}});
 }
 
 TEST_CASE("What is not known in a cycle is an empty cell, what is known stands in its column", "[unit]") {

@@ -95,7 +95,7 @@ TEST_CASE("What others tell each other, however much, costs the controller no fr
   const nlohmann::json summary = read_summary(bench.report());
   CHECK(summary["faults"].empty());
   CHECK(summary["bus_dropped"] == 0);
-  // Only our own frames count: at 200 Hz, 4 PDOs of 6 bytes and a SYNC, heartbeats, the tracker.
+  // Only our own frames count: at 200 Hz, 4 PDOs of 6 bytes and a SYNC, heartbeats, the camera.
   CHECK(summary["bus_load"] > 0.01);
   CHECK(summary["bus_load"] < 0.20);
 }

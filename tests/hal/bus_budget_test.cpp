@@ -3,8 +3,10 @@
 #include <catch2/catch.hpp>
 
 #include "hal/drive_protocol.h"
+#include "rig.h"
 
 using namespace tendril::hal;
+using tendril::hal::test::camera;
 
 TEST_CASE("Frames have their worst-case length with stuffing", "[unit]") {
   CHECK(worst_case_bits(0) == 55);
@@ -38,14 +40,14 @@ TEST_CASE("A load is judged before it can hurt", "[unit]") {
              Catch::Contains("135 %") && Catch::Contains("lower the control rate"));
 }
 
-TEST_CASE("The budget of a robot counts PDOs, SYNC, heartbeats and tracker", "[unit]") {
+TEST_CASE("The budget of a robot counts PDOs, SYNC, heartbeats and sensors", "[unit]") {
   MasterConfig config{.axes = std::vector<AxisConfig>(4), .period_ns = 1'666'667};
-  config.tracker_id = 0x1F0;
-  // 58.5 % as above, 5 heartbeats of 65 bits at 20 Hz, a tracker of 135 bits at 100 Hz.
+  config.sensors = {camera(0x1F0)};
+  // 58.5 % as above, 5 heartbeats of 65 bits at 20 Hz, a camera of 135 bits at 100 Hz.
   CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.585 + 0.0065 + 0.0135).epsilon(1e-4));
 }
 
-TEST_CASE("The budget of ODrive axes counts inputs, estimates, heartbeats and tracker", "[unit]") {
+TEST_CASE("The budget of ODrive axes counts inputs, estimates, heartbeats and sensors", "[unit]") {
   MasterConfig config{
       .protocol = Protocol::kOdrive, .axes = std::vector<AxisConfig>(4), .period_ns = 2'000'000};
   config.heartbeat_ns = 100'000'000;
@@ -53,6 +55,6 @@ TEST_CASE("The budget of ODrive axes counts inputs, estimates, heartbeats and tr
   // 4 axes at 500 Hz each way, 8 bytes: 54 % by the worst-case bits; heartbeats of 135 bits at 10 Hz.
   CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.54 + 0.0054).epsilon(1e-6));
   config.odrive.encoder_period_ns = 10'000'000;
-  config.tracker_id = 0x7F0;
+  config.sensors = {camera(0x7F0)};
   CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.27 + 0.054 + 0.0054 + 0.0135).epsilon(1e-6));
 }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <set>
 
-#include "hal/tracker.h"
 #include "rig.h"
 
 using namespace tendril::hal;
@@ -261,27 +260,27 @@ TEST_CASE("A stranger's frames change nothing", "[unit]") {
   CHECK(rig.measured.all_enabled);
 }
 
-TEST_CASE("The tracker's sightings come with the instant of exposure and grow stale", "[unit]") {
+TEST_CASE("Sensors are heard beside CiA 402 drives, and grow stale", "[unit]") {
   MasterConfig config = config_of(1);
-  config.tracker_id = 0x1F0;
+  config.sensors = {camera(0x1F0)};
   Rig rig(config);
   rig.run_for(500 * kMillisecond_ns);
-  CHECK_FALSE(rig.measured.tracker_fresh);
-  VirtualEndpoint& camera = rig.bus.attach("camera");
-  camera.send(*encode_tracker(0x1F0, {{0.01, 0.02, 0.125}, 5 * kMillisecond_ns}));
+  CHECK_FALSE(rig.measured.sensors.fresh[0]);
+  const double seen[] = {0.01, 0.02, 0.125};
+  rig.bus.attach("camera").send(*encode_sample(config.sensors[0], seen, 5 * kMillisecond_ns));
   const int64_t now_ns = rig.bus.time_ns();
   rig.cycle();
-  CHECK(rig.measured.tracker_fresh);
-  CHECK(rig.measured.tracker_stamp_ns == now_ns - 5 * kMillisecond_ns);
-  CHECK(rig.measured.tracker_position[2] == Approx(0.125));
+  CHECK(rig.measured.sensors.fresh[0]);
+  CHECK(rig.measured.sensors.stamp_ns[0] == now_ns - 5 * kMillisecond_ns);
+  CHECK(rig.measured.sensors.value[2] == Approx(0.125));
   rig.run_for(120 * kMillisecond_ns);
-  CHECK_FALSE(rig.measured.tracker_fresh);
+  CHECK_FALSE(rig.measured.sensors.fresh[0]);
 }
 
 TEST_CASE("The master gets along with the identifiers it names, in a whole life of the drives", "[unit]") {
   MasterConfig config = config_of(3);
   config.axes[2].canopen.tpdo_id = 0x3A5;
-  config.tracker_id = 0x7E0;
+  config.sensors = {camera(0x7E0)};
   Rig rig(config);
   const std::vector<uint32_t> ids = rig.master.identifiers();
   const auto named = [&ids](const Frame& frame) {
@@ -300,7 +299,7 @@ TEST_CASE("The master gets along with the identifiers it names, in a whole life 
   rig.command.finish = true;
   REQUIRE(rig.run_until([&] { return rig.measured.finished; }));
   CHECK(named({.id = 0x7E0}));
-  // ... and names no more than the drives have used, and those of emergencies and the tracker.
+  // ... and names no more than the drives have used, and those of emergencies and the camera.
   for (const uint32_t id : ids) {
     CAPTURE(id);
     CHECK((used.count(id) == 1 || (id > 0x080 && id <= 0x083) || id == 0x7E0));

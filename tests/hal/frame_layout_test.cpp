@@ -9,7 +9,6 @@
 #include "hal/cia402.h"
 #include "hal/drive_protocol.h"
 #include "hal/odrive.h"
-#include "hal/tracker.h"
 #include "tests/hal/rig.h"
 
 using namespace tendril::hal;
@@ -21,7 +20,7 @@ namespace {
 class Layouts {
  public:
   explicit Layouts(MasterConfig config) : config_(std::move(config)) {
-    config_.tracker_id = 0x7F5;
+    config_.sensors = {camera(0x7F5)};
     check(config_);
     frames_ = frame_layouts(config_, std::vector<DisplacementUnit>(config_.axes.size()));
   }
@@ -153,12 +152,13 @@ TEST_CASE("The table of frames reads what the ODrive codecs write", "[unit]") {
   }
 }
 
-TEST_CASE("The table of frames reads what the tracker writes", "[unit]") {
+TEST_CASE("The table of frames reads what sensors write, in the units that people read", "[unit]") {
   const Layouts layouts(config_of(1));
-  const auto frame = encode_tracker(0x7F5, {{0.01, -0.02, 0.125}, 2'500'000});
-  CHECK(layouts.value(*frame, "x") == Approx(10));
-  CHECK(layouts.value(*frame, "y") == Approx(-20));
-  CHECK(layouts.value(*frame, "z") == Approx(125));
+  const double seen[] = {0.01, -0.02, 0.125};
+  const auto frame = encode_sample(camera(0x7F5), seen, 2'500'000);
+  CHECK(layouts.value(*frame, "tip_x") == Approx(10));
+  CHECK(layouts.value(*frame, "tip_y") == Approx(-20));
+  CHECK(layouts.value(*frame, "tip_z") == Approx(125));
   CHECK(layouts.value(*frame, "age") == Approx(2.5));
 }
 

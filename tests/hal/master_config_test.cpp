@@ -6,6 +6,7 @@
 #include "rig.h"
 
 using namespace tendril::hal;
+using tendril::hal::test::camera;
 using tendril::hal::test::config_of;
 using tendril::hal::test::odrive_config_of;
 
@@ -23,7 +24,9 @@ TEST_CASE("A sound configuration passes and each unsound one says what is wrong"
   refused("both use identifier 0x81", [](MasterConfig& c) { c.axes[1].node = 1; });
   refused("counts per turn", [](MasterConfig& c) { c.axes[0].scale.counts_per_turn = 0; });
   refused("displacement per turn", [](MasterConfig& c) { c.axes[0].scale.displacement_per_turn = -1; });
-  refused("the tracker and axis 'cable 0'", [](MasterConfig& c) { c.tracker_id = 0x181; });
+  refused("sensor 'camera' and axis 'cable 0'", [](MasterConfig& c) { c.sensors = {camera(0x181)}; });
+  refused("'camera' and sensor 'camera'", [](MasterConfig& c) { c.sensors.assign(2, camera(0x1F0)); });
+  refused("'camera': the identifier must fit", [](MasterConfig& c) { c.sensors = {camera(0x800)}; });
   refused("heartbeat timeout", [](MasterConfig& c) { c.heartbeat_timeout_ns = c.heartbeat_ns; });
   refused("control period", [](MasterConfig& c) { c.period_ns = 0; });
   refused("0x202", [](MasterConfig& c) { c.axes[0].canopen.rpdo_id = 0x202; });
@@ -65,13 +68,13 @@ TEST_CASE("What ODrive asks of a configuration is checked, and each mistake name
   refused("'cable 1': node -1", [](MasterConfig& c) { c.axes[1].node = -1; });
   refused("both use identifier 0x0", [](MasterConfig& c) { c.axes[1].node = 0; });
   refused("positions are in turns", [](MasterConfig& c) { c.axes[0].scale.counts_per_turn = 8192; });
-  refused("the tracker and axis 'cable 1' (node 1)", [](MasterConfig& c) { c.tracker_id = 0x3F; });
+  refused("'camera' and axis 'cable 1' (node 1)", [](MasterConfig& c) { c.sensors = {camera(0x3F)}; });
   refused("both positive", [](MasterConfig& c) { c.axes[0].odrive.current = 10; });
   refused("both positive", [](MasterConfig& c) { c.axes[0].odrive = {-1, -1}; });
   refused("encoder estimates", [](MasterConfig& c) { c.odrive.encoder_period_ns = 30'000'000; });
   refused("encoder estimates", [](MasterConfig& c) { c.odrive.encoder_period_ns = 0; });
   MasterConfig config = odrive_config_of(2);
-  config.tracker_id = 0x40;  // node 2 is nobody's
+  config.sensors = {camera(0x40)};  // node 2 is nobody's
   CHECK_NOTHROW(check(config));
 }
 

@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "hal/tracker.h"
 #include "rig.h"
 
 using namespace tendril::hal;
@@ -177,16 +176,17 @@ TEST_CASE("Frames of strangers change nothing for ODrive axes", "[unit]") {
   CHECK(std::isfinite(rig.measured.position[0]));
 }
 
-TEST_CASE("The tracker is heard beside ODrive axes as beside others", "[unit]") {
+TEST_CASE("Sensors are heard beside ODrive axes", "[unit]") {
   MasterConfig config = odrive_config_of(1);
-  config.tracker_id = 0x7F0;
+  config.sensors = {camera(0x7F0)};
   OdriveRig rig(config);
   rig.run_for(200 * kMillisecond_ns);
-  CHECK_FALSE(rig.measured.tracker_fresh);
-  rig.bus.attach("camera").send(*encode_tracker(0x7F0, {{0.01, 0.02, 0.125}, 5 * kMillisecond_ns}));
+  CHECK_FALSE(rig.measured.sensors.fresh[0]);
+  const double seen[] = {0.01, 0.02, 0.125};
+  rig.bus.attach("camera").send(*encode_sample(config.sensors[0], seen, 5 * kMillisecond_ns));
   const int64_t now_ns = rig.bus.time_ns();
   rig.cycle();
-  CHECK(rig.measured.tracker_fresh);
-  CHECK(rig.measured.tracker_stamp_ns == now_ns - 5 * kMillisecond_ns);
-  CHECK(rig.measured.tracker_position[2] == Approx(0.125));
+  CHECK(rig.measured.sensors.fresh[0]);
+  CHECK(rig.measured.sensors.stamp_ns[0] == now_ns - 5 * kMillisecond_ns);
+  CHECK(rig.measured.sensors.value[2] == Approx(0.125));
 }

@@ -28,6 +28,17 @@ MasterConfig odrive_config_of(int axes, OdriveFirmware firmware) {
   return config;
 }
 
+SensorConfig camera(uint32_t id) {
+  const auto coordinate = [](const char* name, int start) {
+    return Signal{
+        .name = name, .start = start, .length = 16, .type = SignalType::kSigned, .scale = 10e-6, .unit = "m"};
+  };
+  return {.name = "camera",
+          .id = id,
+          .signals = {coordinate("tip_x", 0), coordinate("tip_y", 16), coordinate("tip_z", 32)},
+          .age = Signal{.name = "age", .start = 48, .length = 16, .scale = 10e-6, .unit = "s"}};
+}
+
 void add_drives(const MasterConfig& config, std::vector<Cia402Drive>& drives) {
   for (const AxisConfig& axis : config.axes)
     drives.emplace_back(

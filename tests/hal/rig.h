@@ -20,6 +20,9 @@ MasterConfig config_of(int axes);
 /// The same for ODrive axes, with nodes 0, 1, ...
 MasterConfig odrive_config_of(int axes, OdriveFirmware firmware = OdriveFirmware::k0_6);
 
+/// A camera that tells x, y, z of the tip in 10 µm, and how long ago it saw it in 10 µs.
+SensorConfig camera(uint32_t id);
+
 /// The drives of a configuration, each at a place of its own.
 void add_drives(const MasterConfig& config, std::vector<Cia402Drive>& drives);
 void add_drives(const MasterConfig& config, std::vector<OdriveDrive>& drives);

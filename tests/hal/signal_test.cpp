@@ -38,6 +38,19 @@ void for_every_place(const Judge& judge) {
 
 }  // namespace
 
+TEST_CASE("The bits of a signal are those that walking through the frame meets", "[law]") {
+  for_every_place([](const Signal& signal) {
+    uint64_t met = 0;
+    for (int bit = 0; bit < 64; ++bit) {
+      Frame frame{.length = 8};
+      frame.data[bit / 8] = static_cast<uint8_t>(1 << (bit % 8));
+      for (int k = 0; k < signal.length; ++k)
+        if (bit_by_walking(signal, frame, k)) met |= uint64_t{1} << bit;
+    }
+    if (bits_of(signal) != met) FAIL("start " << signal.start << ", length " << signal.length);
+  });
+}
+
 TEST_CASE("A signal has the bits that a DBC gives it", "[unit]") {
   const Frame frame = *parse_frame("182#3702F0D8FFFF");  // statusword 0x0237, position -10000
   CHECK(decode({.name = "statusword", .start = 0, .length = 16}, frame) == 0x237);

@@ -352,6 +352,28 @@ TEST_CASE("A drive fault latches the reason and the fault of the drive", "[unit]
   CHECK(rig.controller.drive_fault().kind == hal::FaultKind::kHeartbeatLost);
 }
 
+TEST_CASE("The loss of a required sensor stops the run, and which one it was is kept", "[unit]") {
+  Rig rig;
+  rig.step_until(Phase::kRunning);
+  rig.measurement.sensors.lost = 3;
+  const Decision lost = rig.step();
+  CHECK(lost.phase == Phase::kStopping);
+  CHECK(lost.faults.has(Fault::kSensorLost));
+  rig.measurement.sensors.lost = -1;  // it is back: that comes too late
+  rig.step_until(Phase::kStopped);
+  CHECK(rig.controller.faulted());
+  CHECK(rig.controller.stop_reason() == Fault::kSensorLost);
+  CHECK(rig.controller.lost_sensor() == 3);
+}
+
+TEST_CASE("No drive is enabled before the required sensors are fresh", "[unit]") {
+  Rig rig;
+  rig.measurement.sensors.ready = false;
+  for (int k = 0; k < 100; ++k) REQUIRE(rig.step().phase == Phase::kConnecting);
+  rig.measurement.sensors.ready = true;
+  CHECK(rig.step().phase == Phase::kModelling);
+}
+
 TEST_CASE("Drives that never disable do not keep the run from ending", "[unit]") {
   Rig rig;
   rig.step_until(Phase::kRunning);

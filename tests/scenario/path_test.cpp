@@ -82,19 +82,19 @@ TEST_CASE("The same run in virtual time gives the same bits", "[scenario]") {
   two.run_for(1.5);
   REQUIRE(one.phase() == rt::Phase::kRunning);
   REQUIRE(one.trace().size() == two.trace().size());
-  REQUIRE(one.tips().size() == two.tips().size());
+  REQUIRE(one.sightings().size() == two.sightings().size());
   const auto same_bits = [](const auto& a, const auto& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; };
   for (size_t k = 0; k < one.trace().size(); ++k) {
     const rt::TraceRecord &a = one.trace()[k], &b = two.trace()[k];
     REQUIRE((same_bits(a.command, b.command) && same_bits(a.lambda, b.lambda) && same_bits(a.p_e, b.p_e) &&
              same_bits(a.measured, b.measured) && same_bits(a.desired, b.desired) &&
-             same_bits(a.tracker, b.tracker)));
+             same_bits(a.sensors.value, b.sensors.value)));
     REQUIRE((a.phase == b.phase && a.qp_iterations == b.qp_iterations &&
              a.snapshot_sequence == b.snapshot_sequence && a.faults.bits() == b.faults.bits() &&
              a.intended_ns == b.intended_ns));
   }
-  for (size_t k = 0; k < one.tips().size(); ++k)
-    REQUIRE(same_bits(one.tips()[k].position, two.tips()[k].position));
+  for (size_t k = 0; k < one.sightings().size(); ++k)
+    REQUIRE(same_bits(one.sightings()[k].tip, two.sightings()[k].tip));
 }
 
 TEST_CASE("A goal out of reach is served by the closest point, within all limits", "[scenario]") {

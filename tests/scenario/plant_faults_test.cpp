@@ -117,16 +117,15 @@ TEST_CASE("Cut cables pull no more, whatever their drives do, and for good", "[s
   cut.rig.run_for(0.5);
   // What the drives do is the same; the tip, which a cable pulled aside, has come back to the middle.
   CHECK(cut.rig.displacements().delta_a == sound.rig.displacements().delta_a);
-  const double pulled = std::abs(sound.rig.tips().back().position.x());
+  const double pulled = std::abs(sound.rig.sightings().back().tip.x());
   REQUIRE(pulled > 2e-3);
-  CHECK(std::abs(cut.rig.tips().back().position.x()) < 0.1 * pulled);
+  CHECK(std::abs(cut.rig.sightings().back().tip.x()) < 0.1 * pulled);
   cut.inject("clear");
   cut.rig.run_for(0.1);
-  CHECK(std::abs(cut.rig.tips().back().position.x()) < 0.1 * pulled);
+  CHECK(std::abs(cut.rig.sightings().back().tip.x()) < 0.1 * pulled);
 }
 
-TEST_CASE("A tracker with noise errs by as much as it was told, and about nothing on the mean",
-          "[scenario]") {
+TEST_CASE("A camera with noise errs by as much as it was told, and about nothing on the mean", "[scenario]") {
   Running run;
   run.inject("noise 0.2 mm");
   const std::int64_t since_ns = run.rig.now_ns() + 50'000'000;  // what is on its way is still without
@@ -135,14 +134,15 @@ TEST_CASE("A tracker with noise errs by as much as it was told, and about nothin
   double sum = 0, squares = 0;
   int count = 0;
   for (const rt::TraceRecord& record : run.rig.trace()) {
-    if (record.intended_ns < since_ns || record.tracker_stamp_ns == seen_ns) continue;
-    seen_ns = record.tracker_stamp_ns;
-    const auto& tips = run.rig.tips();
-    const auto tip = std::lower_bound(tips.begin(), tips.end(), seen_ns - 2'000'000,
-                                      [](const PlantTip& t, std::int64_t ns) { return t.stamp_ns < ns; });
+    if (record.intended_ns < since_ns || record.sensors.stamp_ns[0] == seen_ns) continue;
+    seen_ns = record.sensors.stamp_ns[0];
+    const auto& tips = run.rig.sightings();
+    const auto tip =
+        std::lower_bound(tips.begin(), tips.end(), seen_ns - 2'000'000,
+                         [](const PlantSighting& t, std::int64_t ns) { return t.stamp_ns < ns; });
     REQUIRE(tip != tips.end());
     for (int c = 0; c < 3; ++c) {
-      const double error = 1e3 * (record.tracker[c] - tip->position[c]);
+      const double error = 1e3 * (record.sensors.value[c] - tip->tip[c]);
       sum += error;
       squares += error * error;
       ++count;

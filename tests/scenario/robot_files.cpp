@@ -32,7 +32,7 @@ std::string odrive_yaml(const std::string& robot, const std::string& firmware) {
   replace_each(yaml, "counts_per_turn: ", ", ", "");
   replace_each(yaml, "  heartbeat", "\n", "");
   replace_each(yaml, "  master_node: ", "\n", "  protocol: odrive\n  firmware: " + firmware + "\n");
-  replace_each(yaml, "tracker: 0x1F0", "", "tracker: 0x7F0");  // which node 15 would own
+  replace_each(yaml, "id: 0x1F", "", "id: 0x7F");  // far from what the axes' nodes own
   return yaml;
 }
 
@@ -64,12 +64,12 @@ bool within_limits(const Config& config, const std::vector<rt::TraceRecord>& tra
 std::vector<double> tracking_errors_mm(const Config& config, const VirtualRig& rig) {
   const auto rows = effector_rows(config);
   std::vector<double> errors;
-  for (const PlantTip& tip : rig.tips()) {
-    if (tip.stamp_ns < rig.motion()->path_start_ns()) continue;
-    const rt::EffectorVector wanted = rig.motion()->at(tip.stamp_ns).position;
+  for (const PlantSighting& seen : rig.sightings()) {
+    if (seen.stamp_ns < rig.motion()->path_start_ns()) continue;
+    const rt::EffectorVector wanted = rig.motion()->at(seen.stamp_ns).position;
     double sum = 0;
     for (size_t r = 0; r < rows.size(); ++r)
-      if (rows[r].effector == 0) sum += std::pow(wanted[r] - tip.position[rows[r].axis], 2);
+      if (rows[r].effector == 0) sum += std::pow(wanted[r] - seen.tip[rows[r].axis], 2);
     errors.push_back(1e3 * std::sqrt(sum));
   }
   return errors;

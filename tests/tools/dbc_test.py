@@ -58,16 +58,23 @@ class DbcTest(unittest.TestCase):
         self.check(matrix, "202#0F0010270000", {"controlword": 15, "target_position": 10000 * mm})
         self.check(matrix, "182#3702F0D8FFFF", {"statusword": 0x237, "actual_position": -10000 * mm})
         self.check(matrix, "602#2F60600008000000", {"command": 0x2F, "index": 0x6060, "subindex": 0, "data": 8})
-        self.check(matrix, "1F0#E80318FCD430FA00", {"x": 10, "y": -10, "z": 125, "age": 2.5})
+        self.check(matrix, "1F0#E80318FCD430FA00", {"tip_x": 10, "tip_y": -10, "tip_z": 125, "age": 2.5})
         self.check(matrix, "000#0102", {"command": 1, "node": 2})
         self.check(matrix, "77F#05", {"nmt_state": 5})
         self.check(matrix, "080#", {})
+
+    def test_canmatrix_reads_the_frames_of_sensors(self):
+        matrix = load(printed_dbc(ROOT / "config/bender.yaml"))
+        self.check(matrix, "1F1#2710", {"pump_pressure": 20})
+        matrix = load(printed_dbc(ROOT / "config/finger.yaml"))
+        self.check(matrix, "1F1#E803F0D8", {"right_tension": 0.1, "left_tension": -1})
+        frame = matrix.frame_by_id(canmatrix.ArbitrationId(0x1F1, extended=False))
+        self.assertEqual((frame.name, [signal.unit for signal in frame.signals]), ("Sensor_load_cells", ["N", "N"]))
 
     def test_canmatrix_reads_the_floats_of_odrive_axes(self):
         text = (ROOT / "config/diamond.yaml").read_text()
         text = text.replace("counts_per_turn: 65536, ", "").replace("  master_node: 127\n", "  protocol: odrive\n")
         text = text.replace("heartbeat: 50 ms", "heartbeat: 100 ms").replace("timeout: 150 ms", "timeout: 250 ms")
-        text = text.replace("tracker: 0x1F0", "tracker: 0x7F0")
         text = text.replace("file: diamond.msh", f"file: {ROOT}/config/diamond.msh")
         with tempfile.NamedTemporaryFile("w", suffix=".yaml") as robot:
             robot.write(text)

@@ -51,6 +51,10 @@ def tables(summary):
         ("Heap calls in the control thread", number(rt.get("heap_calls"))),
         ("Major page faults", number(rt.get("major_faults"))),
     ]
+    figures += [(f"Effort of {name}, measured to the model's, mean", number(error["mean"], error["unit"]))
+                for name, error in summary["effort_error"].items() if error]
+    figures += [(f"Sensor {name}", f"lost {sensor['losses']} times, for {number(sensor['stale_s'], 's')} in all")
+                for name, sensor in summary["sensors"].items()]
     settings = [
         ("Robot", summary["robot"]),
         ("Mesh", f"{count(summary['nodes'])} nodes, {count(summary['tetrahedra'])} tetrahedra"),

@@ -45,6 +45,12 @@ def shade_phases(axes, trace, names):
                       fontsize=8, color=GREY)
 
 
+def distance(a, b):
+    """Between positions, row by row, in the coordinates that both have; NaN in rows where they share none."""
+    apart = a - b
+    return np.where(np.isfinite(apart).any(axis=1), np.sqrt(np.nansum(apart ** 2, axis=1)), np.nan)
+
+
 def column_of_panels(panels, height):
     figure, axes = plt.subplots(panels, 1, sharex=True, figsize=(10, height), squeeze=False)
     axes[-1, 0].set_xlabel("time, s")
@@ -55,7 +61,7 @@ def path(trace):
     """Where the tip went: desired, model and measured; and how far off the measured tip was, and where."""
     run = trace.is_running()
     target, model = trace.position("target")[run], trace.position("model")[run]
-    when, measured, wanted, _ = trace.tracker()
+    when, measured, wanted, _ = trace.sightings()
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 5), sharex=True, sharey=True)
     if not run.any() or not trace.axes:
         for axes in (left, right):
@@ -75,8 +81,8 @@ def path(trace):
     who = "measured tip" if len(when) else "model's tip"
     when, tip, wanted = (when, measured, wanted) if len(when) else (t, model, target)
     right.set_title(f"Distance of the {who} from the desired one")
-    x, y, distance = thinned(across(when, tip), up(tip), np.linalg.norm(tip - wanted, axis=1))
-    dots = right.scatter(x, y, c=distance, s=6, cmap="cividis", vmin=0)
+    x, y, far = thinned(across(when, tip), up(tip), distance(tip, wanted))
+    dots = right.scatter(x, y, c=far, s=6, cmap="cividis", vmin=0)
     figure.colorbar(dots, ax=right, label="mm", shrink=0.85)
     right.plot(*thinned(across(t, target), up(target)), color=DESIRED, lw=0.7)
     for axes in (left, right):
@@ -90,20 +96,20 @@ def path(trace):
 def error(trace):
     """The tip's error over time: its length, then each controlled coordinate of it."""
     figure, axes = column_of_panels(1 + len(trace.axes), 3.2 + 1.7 * len(trace.axes))
-    when, measured, wanted, model = trace.tracker()
+    when, measured, wanted, model = trace.sightings()
     run = trace.is_running()
     shade_phases(axes[0], trace, names=True)
     if len(when):
-        length = np.linalg.norm(measured - wanted, axis=1)
-        axes[0].plot(*thinned(when, np.linalg.norm(measured - model, axis=1)), color=MODEL, lw=1,
+        length = distance(measured, wanted)
+        axes[0].plot(*thinned(when, distance(measured, model)), color=MODEL, lw=1,
                      label="measured to model")
         axes[0].plot(*thinned(when, length), color=MEASURED, label="measured to desired")
-        axes[0].axhline(length.mean(), color=DESIRED, lw=1, ls="--", label=f"mean {length.mean():.2f} mm")
+        axes[0].axhline(np.nanmean(length), color=DESIRED, lw=1, ls="--", label=f"mean {np.nanmean(length):.2f} mm")
         offset, who = measured - wanted, "measured"
     elif run.any() and trace.axes:
         when, offset, who = trace["t_s"][run], (trace.position("model") - trace.position("target"))[run], "model"
         axes[0].plot(*thinned(when, np.linalg.norm(offset, axis=1)), color=MODEL,
-                     label="model to desired (no tracker: the tip was not measured)")
+                     label="model to desired (the tip was not measured)")
     else:
         no_data(axes[0], "the run ended before the tip followed its path")
         return figure
@@ -122,8 +128,8 @@ def error(trace):
 
 
 def commands(trace):
-    """What was asked of every actuator, what its drive measured, and the effort the model expects; three panels for
-    those in metres and newtons, three for cavities."""
+    """What was asked of every actuator, what its drive measured, and its effort, the model's and a sensor's; three
+    panels for those in metres and newtons, three for cavities."""
     names = list(trace.actuators)
     kinds = [units for units in (METRES, VOLUMES) if units in trace.actuators.values()]
     few = len(names) <= len(ACTUATORS)
@@ -132,7 +138,8 @@ def commands(trace):
     figure, axes = column_of_panels(3 * len(kinds), 8 * len(kinds) + 0.25 * rows_of_legend)
     t = trace["t_s"]
     width = 1.4 if few else 0.8
-    titles = ("Commands (lines) and what the drives measured (dots)", "Measured minus commanded", "Efforts in the QP")
+    titles = ("Commands (lines) and what the drives measured (dots)", "Measured minus commanded",
+              "Efforts in the QP (lines) and what sensors measured (dots)")
     for row, units in enumerate(kinds):
         panels = axes[3 * row:3 * row + 3]
         for name, colour in zip(names, colours):
@@ -143,6 +150,7 @@ def commands(trace):
             panels[0].plot(*thinned(t, measured), color=colour, lw=width, ls=":")
             panels[1].plot(*thinned(t, measured - command), color=colour, lw=width / 2)
             panels[2].plot(*thinned(t, effort), color=colour, lw=width)
+            panels[2].plot(*thinned(*trace.measured_effort(name)), ".", color=colour, ms=2)
         labels = (units.displacement_name, units.displacement_name.split(", ")[1], units.effort_name)
         for panel, title, label in zip(panels, titles, labels):
             first = panel is axes[0]
@@ -212,13 +220,13 @@ def timing(trace, period_us):
 def draw(folder, summary, trace):
     """Writes the four pictures into the folder; returns (title, caption, path) of each in reading order."""
     figures = (
-        ("path", "Path", path(trace), "Left: where the tip should have gone, where the model puts it, and where the "
-         "tracker saw it. Right: the tracker's points (the model's where there is no tracker), coloured by their "
+        ("path", "Path", path(trace), "Left: where the tip should have gone, where the model puts it, and where "
+         "sensors saw it. Right: the measured points (the model's where none is measured), coloured by their "
          "distance from the desired point of the same instant. Only the phase “run” is drawn."),
         ("error", "Error", error(trace), "The distance of the measured tip from the desired one is the error of the "
          "whole; that from the model's tip is the model's share of it. Grey: not part of the run."),
         ("commands", "Commands", commands(trace), "What was sent to every actuator, what its drive measured, and the "
-         "effort that the QP reckons with. Grey: not part of the run."),
+         "effort that the QP reckons with, beside the one that a sensor told. Grey: not part of the run."),
         ("timing", "Timing", timing(trace, 1e6 / summary["control_rate_hz"]), "Wake-up latency counts from the "
          "instant at which the cycle was due. The scale of counts is logarithmic: a single late cycle is visible."))
     written = []

@@ -9,7 +9,7 @@ import numpy as np
 
 SUMMARY_KEYS = ("robot", "nodes", "tetrahedra", "actuators", "effector_dofs", "bus", "control_rate_hz", "duration_s",
                 "cycles", "late_cycles", "model_refreshes", "model_rate_hz", "tracking_error_mm", "model_error_mm",
-                "qp", "rt", "faults")
+                "effort_error", "sensors", "qp", "rt", "faults")
 TEXT_COLUMNS = ("phase", "qp_status")
 AXES = ("x", "y", "z")
 
@@ -79,11 +79,18 @@ class Trace:
         return 1e3 * np.array([self[f"{who}_{a}_m"] for a in self.axes]).reshape(len(self.axes), len(self["t_s"])).T
 
     def actuator(self, name):
-        """Command, measured displacement and effort of an actuator, in the units that people read."""
+        """Command, measured displacement and effort of an actuator in the solution, in the units that people read."""
         units = self.actuators[name]
         command, measured = (units.displacement_scale * self[f"{what}_{name}_{units.displacement}"]
                              for what in ("command", "displacement"))
         return command, measured, units.effort_scale * self[f"effort_{name}_{units.effort}"]
+
+    def measured_effort(self, name):
+        """Times in s and efforts that a sensor told of an actuator, in the unit that people read; none without one."""
+        units = self.actuators[name]
+        column = self._columns.get(f"measured_{name}_{units.effort}", np.full(len(self["t_s"]), np.nan))
+        has = np.isfinite(column)
+        return self["t_s"][has], units.effort_scale * column[has]
 
     def is_running(self):
         """True in the rows of the phase "run", the one that errors are judged in."""
@@ -95,11 +102,12 @@ class Trace:
         starts = [0] + [i for i in range(1, len(phase)) if phase[i] != phase[i - 1]]
         return [(phase[a], t[a], t[b]) for a, b in zip(starts, starts[1:] + [len(phase) - 1])]
 
-    def tracker(self):
-        """The tracker's samples in the phase "run": their times in s, positions in mm (samples x axes), and where the
-        desired tip and the model's tip were at those times."""
-        has = self.is_running() & np.isfinite(self["measured_t_s"])
-        if not has.any() or not self.axes:
+    def sightings(self):
+        """What sensors told of the tip in the phase "run": times in s, positions in mm (samples x axes, NaN where an
+        axis is not measured), and where the desired tip and the model's tip were at those times."""
+        has = (self.is_running() & np.isfinite(self["measured_t_s"])
+               & np.isfinite(self.position("measured")).any(axis=1))
+        if not has.any():
             empty = np.empty((0, len(self.axes)))
             return np.empty(0), empty, empty, empty
         when = self["measured_t_s"][has]
@@ -137,7 +145,7 @@ def sentence(summary, trace):
         seconds = trace["t_s"][running]
         what = f"The tip of the {summary['robot']} followed {shape} for {seconds[-1] - seconds[0]:.0f} s"
     mean = (summary["tracking_error_mm"] or {}).get("mean")
-    error = f"{mean:.1f} mm mean error" if mean is not None else "error not measured (no tracker)"
+    error = f"{mean:.1f} mm mean error" if mean is not None else "error not measured"
     cycles, faults = summary["cycles"], summary["faults"]
     fault = "no fault" if not faults else f"{len(faults)} fault{'s' * (len(faults) > 1)} ({faults[0]})"
     return f"{what}: {error}, {count(cycles - summary['late_cycles'])} of {count(cycles)} cycles on time, {fault}."
