@@ -110,13 +110,13 @@ void read_servo(Reader& r, ServoConfig& servo, hal::Protocol protocol) {
         only_with(hal::Protocol::kOdrive, protocol, Range{.at_least = 1}));
 }
 
-/// @param config  with bus and actuators read already
+/// @param config  with bus, actuators and sensors read already
 void read_fault(Reader& r, PlantFault& fault, const Config& config) {
   double after = 0;
   r.need("after", after, Dimension::kTime, kNotNegative);
   r.need("inject", fault, [&config](const Value& v, PlantFault& out) {
     try {
-      out = parse_plant_fault(v.text("a fault"), config.actuators, config.bus.protocol);
+      out = parse_plant_fault(v.text("a fault"), config);
     } catch (const PlantFaultMistake& mistake) {
       v.fail(mistake.what());
     }

@@ -88,7 +88,16 @@ void PlantDrives::inject(const PlantFault& fault) noexcept {
     case PlantFaultKind::kDrop:
       return line_.set_loss(fault.value);
     case PlantFaultKind::kNoise:
-      noise_ = fault.value;
+      noise_.position = fault.value;
+      return;
+    case PlantFaultKind::kForceNoise:
+      noise_.force = fault.value;
+      return;
+    case PlantFaultKind::kPressureNoise:
+      noise_.pressure = fault.value;
+      return;
+    case PlantFaultKind::kSensorSilent:
+      sensor_silent_[fault.axis] = true;
       return;
     case PlantFaultKind::kBusOff:
       return line_.set_off(true);
@@ -103,7 +112,8 @@ void PlantDrives::clear() noexcept {
   line_.set_delay(0);
   line_.set_loss(0);
   line_.set_off(false);
-  noise_ = 0;
+  noise_ = {};
+  sensor_silent_ = {};
 }
 
 void PlantDrives::send(hal::Bus& bus, std::int64_t now_ns) noexcept {
@@ -126,9 +136,12 @@ void PlantDrives::show(hal::Bus& bus, const PlantSighting& sighting, std::int64_
     const std::int64_t shown_ns = sensors_[s].frame.age ? sighting.stamp_ns : now_ns;
     if (shown_ns < shown_ns_[s] + std::llround(1e9 / sensors_[s].frame.rate_hz)) continue;
     shown_ns_[s] = shown_ns;
-    for (size_t k = 0; k < measures.size(); ++k)
-      if (noise_ > 0 && measures[k].effector >= 0)
-        values[k] += std::normal_distribution<double>(0, noise_)(random_);
+    if (sensor_silent_[s]) continue;
+    for (size_t k = 0; k < measures.size(); ++k) {
+      const std::string& unit = sensors_[s].frame.signals[k].unit;
+      const double noise = unit == "m" ? noise_.position : unit == "N" ? noise_.force : noise_.pressure;
+      if (noise > 0) values[k] += std::normal_distribution<double>(0, noise)(random_);
+    }
     const auto frame = hal::encode_sample(sensors_[s].frame, values, now_ns - sighting.stamp_ns);
     if (frame) line_.send(bus, {&*frame, 1}, now_ns);
   }

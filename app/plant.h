@@ -71,7 +71,10 @@ class PlantDrives {
   PlantLine line_;
   std::vector<std::uint32_t> heartbeat_ids_;  // one an axis
   std::array<bool, kMaxActuators> silent_{}, cut_{};
-  double noise_ = 0;         // m, of measured positions
+  std::array<bool, hal::kMaxSensors> sensor_silent_{};
+  struct Noise {
+    double position = 0, force = 0, pressure = 0;  // standard deviations, m, N, Pa
+  } noise_;
   std::minstd_rand random_;  // of the noise; always the same seed
   hal::FrameBatch answers_;
 };

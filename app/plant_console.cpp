@@ -49,7 +49,7 @@ void PlantConsole::obey(const std::string& line, std::vector<PlantFault>& faults
     return;
   }
   try {
-    faults.push_back(parse_plant_fault(line, config_.actuators, config_.bus.protocol));
+    faults.push_back(parse_plant_fault(line, config_));
     spdlog::info("injected: {}", line);
   } catch (const PlantFaultMistake& mistake) {
     spdlog::error("standard input: found '{}', expected {}", line, mistake.what());

@@ -16,7 +16,7 @@ namespace {
 using Kind = PlantFaultKind;
 
 /// Words in lower case stand for themselves. Those in upper case are filled in: AXIS, the name of an
-/// actuator; CODE, a whole number; TIME, LENGTH and SHARE, a number and a unit.
+/// actuator; SENSOR, that of a sensor; CODE, a whole number; TIME, SIZE and SHARE, a number and a unit.
 struct Row {
   Kind kind;
   std::string_view pattern;
@@ -34,7 +34,8 @@ constexpr Row kRows[] = {
     {Kind::kCut, "cut AXIS", "its cable never pulls again, though the drive turns"},
     {Kind::kDelay, "delay TIME", "what the robot sends arrives so much later (at most 1 s)"},
     {Kind::kDrop, "drop SHARE", "so many of all frames are lost, both ways (0 % to 100 %)"},
-    {Kind::kNoise, "noise LENGTH", "measured positions err by that standard deviation in x, y and z"},
+    {Kind::kNoise, "noise SIZE", "what is measured in that unit (mm, N, Pa) errs by that standard deviation"},
+    {Kind::kSensorSilent, "sensor SENSOR off", "it sends nothing"},
     {Kind::kBusOff, "bus off", "the robot neither sends nor hears"},
     {Kind::kClear, "clear", "all of it ends, but for cut cables and what a reset must clear"},
 };
@@ -68,6 +69,17 @@ int read_axis(std::string_view word, std::span<const ActuatorConfig> actuators, 
   return static_cast<int>(found - actuators.begin());
 }
 
+int read_sensor_name(std::string_view word, std::span<const SensorConfig> sensors, const Row& row) {
+  const auto found =
+      std::ranges::find(sensors, word, [](const SensorConfig& sensor) { return sensor.frame.name; });
+  if (found == sensors.end()) {
+    std::string names;
+    for (const SensorConfig& sensor : sensors) names += (names.empty() ? "" : ", ") + sensor.frame.name;
+    mistake("the name of a sensor (" + names + ")", row);
+  }
+  return static_cast<int>(found - sensors.begin());
+}
+
 double read_code(std::string_view word, const Row& row) {
   const bool hexadecimal = word.starts_with("0x");
   const std::string_view digits = hexadecimal ? word.substr(2) : word;
@@ -98,11 +110,29 @@ double read_size(std::string_view number, std::string_view unit, Dimension dimen
 }
 
 constexpr double kLongestDelay_s = 1;
-constexpr double kLargestNoise_m = 1;
+
+/// What errs follows from the unit.
+void read_noise(std::string_view number, std::string_view unit, const Row& row, PlantFault& fault) {
+  struct Quantity {
+    Dimension dimension;
+    Kind kind;
+  };
+  for (const Quantity& quantity :
+       {Quantity{Dimension::kLength, Kind::kNoise}, Quantity{Dimension::kForce, Kind::kForceNoise},
+        Quantity{Dimension::kPressure, Kind::kPressureNoise}}) {
+    if (!parse_quantity(fmt::format("{} {}", number, unit), quantity.dimension, {&fault.value, 1})) continue;
+    if (fault.value < 0) break;
+    fault.kind = quantity.kind;
+    return;
+  }
+  mistake(fmt::format("a length, force or pressure from 0 up ({}, {}, {})", units_of(Dimension::kLength),
+                      units_of(Dimension::kForce), units_of(Dimension::kPressure)),
+          row);
+}
 
 /// @return  nothing where the line is of another row
 std::optional<PlantFault> match(const Row& row, const std::vector<std::string_view>& words,
-                                std::span<const ActuatorConfig> actuators) {
+                                const Config& config) {
   const std::vector<std::string_view> pattern = words_of(row.pattern);
   if (words.empty() || words[0] != pattern[0]) return std::nullopt;
   PlantFault fault{.kind = row.kind};
@@ -111,15 +141,17 @@ std::optional<PlantFault> match(const Row& row, const std::vector<std::string_vi
   for (const std::string_view word : pattern) {
     const std::string_view given = next();
     if (word == "AXIS")
-      fault.axis = read_axis(given, actuators, row);
+      fault.axis = read_axis(given, config.actuators, row);
+    else if (word == "SENSOR")
+      fault.axis = read_sensor_name(given, config.sensors, row);
     else if (word == "CODE")
       fault.value = read_code(given, row);
     else if (word == "SHARE")
       fault.value = read_share(given, next(), row);
     else if (word == "TIME")
       fault.value = read_size(given, next(), Dimension::kTime, kLongestDelay_s, row);
-    else if (word == "LENGTH")
-      fault.value = read_size(given, next(), Dimension::kLength, kLargestNoise_m, row);
+    else if (word == "SIZE")
+      read_noise(given, next(), row, fault);
     else if (word != given)
       mistake(fmt::format("'{}'", word), row);
   }
@@ -129,12 +161,12 @@ std::optional<PlantFault> match(const Row& row, const std::vector<std::string_vi
 
 }  // namespace
 
-PlantFault parse_plant_fault(std::string_view line, std::span<const ActuatorConfig> actuators,
-                             hal::Protocol protocol) {
+PlantFault parse_plant_fault(std::string_view line, const Config& config) {
+  const hal::Protocol protocol = config.bus.protocol;
   const std::vector<std::string_view> words = words_of(line);
   for (const Row& row : kRows)
     if (spoken(row, protocol))
-      if (const auto fault = match(row, words, actuators)) return *fault;
+      if (const auto fault = match(row, words, config)) return *fault;
   std::string known;
   for (const Row& row : kRows)
     if (spoken(row, protocol)) known += fmt::format("{}'{}'", known.empty() ? "" : ", ", row.pattern);

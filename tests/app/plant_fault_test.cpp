@@ -14,16 +14,21 @@ using Kind = PlantFaultKind;
 
 namespace {
 
-std::vector<ActuatorConfig> actuators() {
-  std::vector<ActuatorConfig> list(2);
-  list[0].name = "north";
-  list[1].name = "air";
-  list[1].kind = CavityConfig{};
-  return list;
+Config robot(hal::Protocol protocol) {
+  Config config;
+  config.bus.protocol = protocol;
+  config.actuators.resize(2);
+  config.actuators[0].name = "north";
+  config.actuators[1].name = "air";
+  config.actuators[1].kind = CavityConfig{};
+  config.sensors.resize(2);
+  config.sensors[0].frame.name = "camera";
+  config.sensors[1].frame.name = "gauge";
+  return config;
 }
 
 PlantFault parse(const std::string& line, hal::Protocol protocol = hal::Protocol::kCanopen) {
-  return parse_plant_fault(line, actuators(), protocol);
+  return parse_plant_fault(line, robot(protocol));
 }
 
 std::string mistake(const std::string& line, hal::Protocol protocol = hal::Protocol::kCanopen) {
@@ -49,7 +54,9 @@ TEST_CASE("Each line of the help is read as the fault that it names", "[unit]") 
         Row{"  heartbeat  north\toff ", Kind::kSilent, 0, 0}, Row{"stuck air", Kind::kStuck, 1, 0},
         Row{"cut north", Kind::kCut, 0, 0}, Row{"delay 5 ms", Kind::kDelay, -1, 0.005},
         Row{"drop 10 %", Kind::kDrop, -1, 0.1}, Row{"noise 0.2 mm", Kind::kNoise, -1, 0.0002},
-        Row{"bus off", Kind::kBusOff, -1, 0}, Row{"clear", Kind::kClear, -1, 0}}) {
+        Row{"noise 3 mN", Kind::kForceNoise, -1, 0.003}, Row{"noise 2 kPa", Kind::kPressureNoise, -1, 2000},
+        Row{"sensor gauge off", Kind::kSensorSilent, 1, 0}, Row{"bus off", Kind::kBusOff, -1, 0},
+        Row{"clear", Kind::kClear, -1, 0}}) {
     CAPTURE(row.line);
     const PlantFault fault = parse(row.line);
     CHECK(fault.kind == row.kind);
@@ -71,7 +78,10 @@ TEST_CASE("A line that is no fault is answered with what is expected", "[unit]")
   CHECK_THAT(mistake("drop 10"), Contains("a share"));
   CHECK_THAT(mistake("delay 5"), Contains("from 0 to 1 s (s, ms, us)"));
   CHECK_THAT(mistake("delay -5 ms"), Contains("from 0 to 1 s"));
-  CHECK_THAT(mistake("noise 2 ms"), Contains("(m, cm, mm, um)"));
+  CHECK_THAT(mistake("noise 2 ms"), Contains("a length, force or pressure from 0 up (m, cm, mm, um, N,"));
+  CHECK_THAT(mistake("noise -2 mm"), Contains("from 0 up"));
+  CHECK_THAT(mistake("sensor north off"),
+             Contains("the name of a sensor (camera, gauge), as in 'sensor SENSOR off'"));
   CHECK_THAT(mistake("bus on"), Contains("'off'"));
   CHECK_THAT(mistake("clear all"), Contains("the end of the line"));
 }

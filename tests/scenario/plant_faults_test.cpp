@@ -28,9 +28,7 @@ struct Running {
     rig.run_for(0.8);
     REQUIRE(rig.trace().back().faults.bits() == 0);
   }
-  void inject(const std::string& line) {
-    rig.drives().inject(parse_plant_fault(line, config.actuators, config.bus.protocol));
-  }
+  void inject(const std::string& line) { rig.drives().inject(parse_plant_fault(line, config)); }
   /// The run ends within its limits, with all drives off; what it says of the reason.
   hal::DriveFault stop() {
     REQUIRE(rig.run_until(Phase::kStopped, kStoppedWithin_s));
@@ -155,7 +153,7 @@ TEST_CASE("A camera with noise errs by as much as it was told, and about nothing
 
 TEST_CASE("A robot file plans faults, counted from when the robot is ready", "[scenario]") {
   Config config = testing::finger();
-  PlantFault fault = parse_plant_fault("heartbeat right off", config.actuators, config.bus.protocol);
+  PlantFault fault = parse_plant_fault("heartbeat right off", config);
   fault.after = 2.5;
   config.plant->faults = {fault};
   VirtualRig rig(config, {});
