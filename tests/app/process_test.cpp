@@ -261,5 +261,28 @@ TEST_CASE("Faults are injected by a line on the plant's standard input, and a mi
   CHECK(next.code == 0);
 }
 
+TEST_CASE("The log tells when a sensor is lost and when it is back, and the robot goes on", "[scenario]") {
+  Workbench bench;
+  Process daemon(bench.daemon());
+  REQUIRE(daemon.says("phase: run"));
+  bench.plant().write_line("sensor camera off");
+  CHECK(daemon.says("[warning] sensor 'camera': no sample younger than 100 ms"));
+  bench.plant().write_line("clear");
+  CHECK(daemon.says("[info] sensor 'camera' is back after"));
+  daemon.send(SIGTERM);
+  CHECK(daemon.wait() == 0);
+}
+
+TEST_CASE("A sensor that may not be lost ends the run with exit code 1 and its name", "[scenario]") {
+  Workbench bench(Changes{{"timeout: 50 ms", "timeout: 2 s\n    on_loss: stop"}});
+  Process daemon(bench.daemon());
+  REQUIRE(daemon.says("phase: run"));
+  bench.plant().write_line("sensor load_cells off");
+  CHECK(daemon.wait() == 1);
+  INFO(daemon.err());
+  CHECK(daemon.err().find("stopped: sensor 'load_cells': no sample younger than 2000 ms") !=
+        std::string::npos);
+}
+
 }  // namespace
 }  // namespace tendril::app
