@@ -33,12 +33,6 @@ rt::ControllerConfig undisturbed(const Config& config) {
   return limits;
 }
 
-/// Drives without the faults that the file may plan for the simulated robot.
-Config with_sound_drives(Config config) {
-  config.plant = PlantConfig{};
-  return config;
-}
-
 /// A local bus whose frames arrive in the time of the rehearsal, and not in that of the machine's clock.
 class RehearsalBus final : public hal::Bus {
  public:
@@ -67,8 +61,8 @@ class Rehearsal {
       : period_ns_(static_cast<std::int64_t>(1e9 / config.control.rate_hz)),
         drives_bus_(hal::open_bus(medium_.name(), hal::BusRole::kHost)),
         bus_(medium_.name(), now_ns_),
-        drives_(with_sound_drives(config)),
-        master_(hal::make_master(master_config(config))),
+        drives_(without_body(config)),
+        master_(hal::make_master(master_config(without_body(config)))),
         controller_(undisturbed(config)),
         channels_(std::make_unique<Channels>()),
         loop_(bus_, *master_, controller_, channels_->snapshots, channels_->targets, channels_->feedback,
@@ -80,7 +74,8 @@ class Rehearsal {
   /// One cycle; the CPU's time in reading, solving and writing, s.
   std::array<double, 3> cycle() {
     now_ns_ += period_ns_;
-    drives_.serve(*drives_bus_, {}, now_ns_ - period_ns_ / 2);
+    const PlantSighting nothing{.stamp_ns = now_ns_ - period_ns_ / 2};  // but sensors tell even that
+    drives_.serve(*drives_bus_, nothing, nothing.stamp_ns);
     const double begin = cpu_seconds();
     const hal::Measurement& measurement = loop_.read(now_ns_);
     const double read = cpu_seconds();

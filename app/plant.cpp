@@ -160,6 +160,12 @@ PlantDisplacements PlantDrives::felt_displacements() const noexcept {
   return felt;
 }
 
+Config without_body(Config config) {
+  config.plant = PlantConfig{};
+  for (SensorConfig& sensor : config.sensors) sensor.frame.required = false;
+  return config;
+}
+
 PlantBody::PlantBody(const Config& config, const PlantDisplacements& start)
     : robot_(build_plant(config)),
       dynamics_(robot_->model, robot_->constraints,

@@ -79,6 +79,10 @@ class PlantDrives {
   hal::FrameBatch answers_;
 };
 
+/// The robot as one rehearses with it where there are drives but no body: without the faults that the file
+/// may plan, and without the need for sensors. Real-time: no (allocates).
+Config without_body(Config config);
+
 /// The mechanical half of the simulated robot: the body in motion, its actuators at the drives'
 /// displacements.
 class PlantBody {

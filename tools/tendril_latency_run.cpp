@@ -53,7 +53,8 @@ class DriveBench {
     pollfd readable{bus_->descriptor(), POLLIN, 0};
     while (!quit_) {
       poll(&readable, 1, kPollTimeout_ms);
-      drives_.serve(*bus_, {}, rt::now_ns());
+      const app::PlantSighting nothing{.stamp_ns = rt::now_ns()};  // but sensors tell even that
+      drives_.serve(*bus_, nothing, nothing.stamp_ns);
     }
   }
 
@@ -150,7 +151,7 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   config.control.model_cpu = options.others_cpu;
   config.control.model_rate_limit_hz = options.model_rate_limit;
   config.control.late_cycles_limit = std::numeric_limits<int>::max();
-  config.plant = app::PlantConfig{};  // drives without the faults that the file may plan
+  config = app::without_body(config);
   LatencyFacts facts;
   const auto robot = app::build_model(config);
   const rt::EffectorVector rest = app::rest_of_effectors(*robot);

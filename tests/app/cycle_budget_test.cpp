@@ -45,7 +45,10 @@ TEST_CASE("A cycle that does not fit is refused with the rate that would do", "[
 
 TEST_CASE("The stages of a cycle are measured with drives that follow, whatever the kind of actuator",
           "[unit]") {
-  const Block block;
+  Block block;
+  hal::SensorConfig& camera = block.config.sensors[0].frame;
+  camera.required = true;          // though there is no body that it could see
+  camera.signals[0].offset = 1.0;  // nor can it tell the 0 that stands for none
   const auto robot = build_model(block.config);
   const CycleCost cost = time_cycle(*robot, block.config);
   // Reading takes in a frame a drive and writing hands one to each: a system call at least.
