@@ -119,6 +119,20 @@ void report_cavities(const Config& config, const fem::Model& model, Report& repo
   if (!text.empty()) report.line("cavities", text + " in the shape of the mesh");
 }
 
+void report_sensors(const Config& config, Report& report) {
+  report.json["sensors"] = nlohmann::ordered_json::array();
+  std::string text;
+  for (const SensorConfig& sensor : config.sensors) {
+    std::string signals;
+    for (const hal::Signal& signal : sensor.frame.signals)
+      signals += (signals.empty() ? "" : ", ") + signal.name;
+    report.json["sensors"].push_back({{"name", sensor.frame.name}, {"required", sensor.frame.required}});
+    text += fmt::format("{}{} at {:g} Hz ({})", text.empty() ? "" : "; ", sensor.frame.name,
+                        sensor.frame.rate_hz, signals);
+  }
+  if (!text.empty()) report.line("sensors", text);
+}
+
 void advise_on_locking(const Config& config, Report& report) {
   const auto advise = [&](const fem::Material& material, const std::string& key) {
     if (material.poisson_ratio > kLocksAbove && material.dilatation == fem::Dilatation::kElement)
@@ -185,6 +199,7 @@ int check_robot(const Config& config, bool json) {
                                    kMaxActuators, count(limits.effector_coordinates, "effector coordinate"),
                                    kMaxEffectorCoordinates));
   report.line("bus", budget.text);
+  report_sensors(config, report);
   report.line(
       "body",
       rests ? fmt::format("rests with its effectors at {}, all actuators at displacement 0",

@@ -44,6 +44,8 @@ TEST_CASE("The finger that is shipped passes its check", "[scenario]") {
   check_shipped("finger", 342, 2, 2);
   const Ended ended = run({kDaemon, kConfig + "finger.yaml", "--check"});
   CHECK(ended.code == 0);
+  CHECK_THAT(ended.out, Catch::Contains("camera at 100 Hz (tip_x, tip_y, tip_z); load_cells at 100 Hz "
+                                        "(right_tension, left_tension)\n"));
   CHECK(lines_of(ended.out).back() == "all is well");
 }
 
