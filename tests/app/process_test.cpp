@@ -154,6 +154,16 @@ TEST_CASE("A run of two seconds ends with exit code 0, a whole report and no fau
   check_trace(read_trace(bench.report()), summary);
 }
 
+TEST_CASE("A robot whose axes find their reference at switches is homed, and then runs", "[scenario]") {
+  const std::string right = "node: 1, counts_per_turn: 65536", left = "node: 2, counts_per_turn: 65536";
+  const std::string homing = ", reference: homing, homing: {method: 17}, offset: -1 mm";
+  const Workbench bench({{right, right + homing}, {left, left + homing}});
+  const Ended ended = run(bench.daemon({"--duration", "2", "--report", bench.report().string()}));
+  INFO(ended.err);
+  REQUIRE(ended.code == 0);
+  check_holds_at_first(read_trace(bench.report()), {{1, -1e-3}, {2, -1e-3}});  // at their switches
+}
+
 TEST_CASE("SIGTERM ends the daemon with disabled drives, and the next one takes over without a jump",
           "[scenario]") {
   Workbench bench(kBend);
