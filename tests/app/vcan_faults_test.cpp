@@ -81,6 +81,37 @@ TEST_CASE("A controller that reports bus-off or error-passive stops the robot wi
   CHECK(daemon.err().find("stopped: " + reason) != std::string::npos);
 }
 
+/// The finger as its file would be for ODrive axes on the same nodes.
+Changes odrive() {
+  return {{"counts_per_turn: 65536, ", ""},
+          {"counts_per_turn: 65536, ", ""},
+          {"master_node: 127", "protocol: odrive\n  firmware: 0.6"},
+          {"id: 0x1F0", "id: 0x7F0"},  // the nodes own the lower ones
+          {"id: 0x1F1", "id: 0x7F1"}};
+}
+
+TEST_CASE("What befalls drives of either protocol stops the robot with the reason", "[vcan]") {
+  if (skipped()) return;
+  const auto [changes, line, reason] = GENERATE(table<Changes, std::string, std::string>(
+      {{{}, "fault left emcy 0x2310", "'left' (node 2): drive fault"},
+       {{}, "heartbeat left off", "'left' (node 2): heartbeat lost"},
+       {{}, "bus off", "lost"},
+       {odrive(), "fault left error 0x40", "'left' (node 2): drive fault"},
+       {odrive(), "heartbeat left off", "'left' (node 2): heartbeat lost"},
+       {odrive(), "bus off", "lost"}}));
+  CAPTURE(line, changes.size());
+  const OwnInterface interface;
+  Workbench bench(changes, interface.kName);
+  Process daemon(bench.daemon());
+  require_running(daemon, bench);
+  bench.plant().write_line(line);
+  CHECK(daemon.wait() == 1);
+  INFO(daemon.err() << bench.plant().err());
+  const std::string::size_type stopped = daemon.err().find("stopped: ");
+  REQUIRE(stopped != std::string::npos);
+  CHECK(daemon.err().find(reason, stopped) != std::string::npos);
+}
+
 TEST_CASE("What others tell each other, however much, costs the controller no frame", "[vcan]") {
   if (skipped()) return;
   const OwnInterface interface;
