@@ -10,8 +10,10 @@
 #include "app/cycle_budget.h"
 #include "app/model_refresher.h"
 #include "app/qp_budget.h"
+#include "app/robot.h"
 #include "app/waypoint_check.h"
 #include "fem/mesh_quality.h"
+#include "hal/cia402.h"
 #include "rt/periodic_clock.h"
 
 namespace tendril::app {
@@ -145,6 +147,18 @@ void advise_on_locking(const Config& config, Report& report) {
     advise(config.material.regions[k].material, fmt::format("material.regions[{}]", k));
 }
 
+/// Drives that know milliseconds alone refuse another period, or take a wrong one. 60C2, see docs/drives.md.
+void advise_on_rate(const Config& config, Report& report) {
+  const hal::MasterConfig master = master_config(config);
+  if (master.protocol != hal::Protocol::kCanopen) return;
+  const hal::InterpolationPeriod period = hal::nearest_interpolation_period(master.period_ns);
+  if (period.exponent != hal::InterpolationPeriod::kMilliseconds)
+    report.advice.push_back(fmt::format(
+        "control.rate {:g} Hz is a period of {:.4g} ms; many CANopen drives take whole milliseconds only, as "
+        "of 500 Hz or 1 kHz",
+        config.control.rate_hz, 1e-6 * static_cast<double>(master.period_ns)));
+}
+
 /// @return  whether all of them are reached
 bool report_waypoints(const Config& config, const Robot& robot, const rt::EffectorVector& at_rest,
                       Report& report) {
@@ -188,6 +202,7 @@ int check_robot(const Config& config, bool json) {
   report_size(config, robot->model.mesh(), report);
   report_cavities(config, robot->model, report);
   advise_on_locking(config, report);
+  advise_on_rate(config, report);
   report.json["actuators"] = limits.actuators;
   report.json["effector_dofs"] = limits.effector_coordinates;
   report.json["bus_load"] = budget.load;

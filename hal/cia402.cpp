@@ -193,7 +193,7 @@ int64_t InterpolationPeriod::nanoseconds() const noexcept {
 InterpolationPeriod nearest_interpolation_period(int64_t period_ns) noexcept {
   InterpolationPeriod best;
   int64_t best_error = INT64_MAX;
-  for (int exponent = 0; exponent >= -6; --exponent) {
+  for (const int exponent : {int{InterpolationPeriod::kMilliseconds}, 0, -1, -2, -4, -5, -6}) {
     const int64_t unit = power_of_ten(9 + exponent);
     const int64_t value = std::clamp<int64_t>((period_ns + unit / 2) / unit, 1, 255);
     const int64_t error = std::abs(value * unit - period_ns);

@@ -95,6 +95,8 @@ std::optional<DriveFeedback> decode_drive_feedback(uint32_t cob_id, const Frame&
 
 /// A SYNC period as object 60C2 holds it: value · 10^exponent seconds.
 struct InterpolationPeriod {
+  static constexpr int8_t kMilliseconds = -3;  // the exponent
+
   uint8_t value = 0;    // 60C2:1, 1..255
   int8_t exponent = 0;  // 60C2:2, -6..0
 
@@ -102,8 +104,9 @@ struct InterpolationPeriod {
   int64_t nanoseconds() const noexcept;
 };
 
-/// The value of 60C2 nearest to a period, and of equals the one with the greatest exponent. A rate whose
-/// period is no round number is met to within 2 % at worst (600 Hz: 167 · 10⁻⁵ s, 0.2 % too long).
+/// The value of 60C2 nearest to a period, and of equals the one in milliseconds, the only unit of many
+/// drives, or else with the greatest exponent. A rate whose period is no round number is met to within 2 % at
+/// worst (600 Hz: 167 · 10⁻⁵ s, 0.2 % too long).
 /// @param period_ns  1 µs to 255 s
 /// Real-time: yes.
 InterpolationPeriod nearest_interpolation_period(int64_t period_ns) noexcept;

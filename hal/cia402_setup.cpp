@@ -72,6 +72,16 @@ void append_mode(std::vector<SdoStep>& steps, int8_t mode) {
   steps.push_back(read(0x6061, 0, static_cast<uint8_t>(mode)));
 }
 
+/// The object is optional; in many drives the exponent is -3, and may not be written even with that.
+void append_period(std::vector<SdoStep>& steps, InterpolationPeriod period) {
+  for (SdoStep step :
+       {write(0x60C2, 1, 1, period.value), write(0x60C2, 2, 1, static_cast<uint8_t>(period.exponent))}) {
+    step.only_if_other = true;
+    step.tolerance = Tolerance::kAbsence;
+    steps.push_back(step);
+  }
+}
+
 // In the COB-ID of a TPDO. Drives that serve no remote requests, and none are made, may refuse to set it to
 // 0.
 constexpr uint32_t kNoRemoteRequest = 0x4000'0000;
@@ -133,7 +143,6 @@ std::string describe_set_up_object(uint32_t object) {
 
 std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config) {
   const int number = axis.canopen.pdo - 1;
-  const InterpolationPeriod period = nearest_interpolation_period(config.period_ns);
   std::vector<SdoStep> steps = {
       write(0x1016, 1, 4,
             static_cast<uint32_t>(config.canopen.master_node) << 16 | to_ms(config.heartbeat_timeout_ns)),
@@ -143,8 +152,7 @@ std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& con
                              0x6041'0010, 0x6064'0020}})
     axis.canopen.mapping == Mapping::kConfigure ? append_writes(steps, pdo) : append_checks(steps, pdo);
   append_mode(steps, kModeCyclicPosition);
-  steps.push_back(write(0x60C2, 1, 1, period.value));
-  steps.push_back(write(0x60C2, 2, 1, static_cast<uint8_t>(period.exponent)));
+  append_period(steps, nearest_interpolation_period(config.period_ns));
   if (axis.canopen.following_error > 0) steps.push_back(write(0x6065, 0, 4, following_error_window(axis)));
   return steps;
 }

@@ -92,7 +92,8 @@ TEST_CASE("A waypoint for which there is no equilibrium fails the check without 
 }
 
 TEST_CASE("The check tells size, density and cavities, and advises where they look wrong", "[scenario]") {
-  const nlohmann::json good = check(kConfig + "finger.yaml", 0);
+  const RobotFile plain(finger({{"rate: 600 Hz", "rate: 500 Hz"}}));
+  const nlohmann::json good = check(plain.path().string(), 0);
   CHECK(good.at("size_mm").at(2) == Approx(100));
   CHECK(good.at("volume_ml") == Approx(27.9).epsilon(0.01));  // as the robot file says
   CHECK(good.at("density_kg_per_m3") == Approx(0.031 / good.at("volume_ml").get<double>() * 1e6));
@@ -109,8 +110,23 @@ TEST_CASE("The check tells size, density and cavities, and advises where they lo
   CHECK_THAT(ended.out, Catch::Contains("2 actuators of at most 32, 1 effector coordinate of at most 24"));
   CHECK_THAT(ended.out, !Catch::Contains("-0.0"));
 
-  const RobotFile patched(finger({{"poisson_ratio: 0.45", "poisson_ratio: 0.49\n  dilatation: patches"}}));
+  const RobotFile patched(finger({{"rate: 600 Hz", "rate: 500 Hz"},
+                                  {"poisson_ratio: 0.45", "poisson_ratio: 0.49\n  dilatation: patches"}}));
   CHECK(check(patched.path().string(), 0).at("advice").empty());
+}
+
+TEST_CASE("The check warns of a rate whose period many CANopen drives cannot be told", "[scenario]") {
+  const nlohmann::json told = check(kConfig + "finger.yaml", 0);  // 600 Hz
+  REQUIRE(told.at("advice").size() == 1);
+  CHECK_THAT(told.at("advice").at(0).get<std::string>(),
+             Catch::Contains("control.rate 600 Hz is a period of 1.667 ms"));
+  // The positions of ODrive axes come on a clock of their own.
+  const RobotFile odrive(finger({{"node: 1, counts_per_turn: 65536,", "node: 1,"},
+                                 {"node: 2, counts_per_turn: 65536,", "node: 2,"},
+                                 {"master_node: 127", "protocol: odrive"},
+                                 {"heartbeat: 50 ms", "heartbeat: 100 ms"},
+                                 {"timeout: 150 ms", "timeout: 250 ms"}}));
+  CHECK(check(odrive.path().string(), 0).at("advice").empty());
 }
 
 TEST_CASE("The check tells what a cavity holds at rest, and what keeps its effector from a waypoint",

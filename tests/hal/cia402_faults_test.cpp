@@ -183,6 +183,39 @@ TEST_CASE("A refused setting names object and reason", "[unit]") {
   CHECK(rig.run_until([&] { return rig.measured.all_known; }));
 }
 
+TEST_CASE(
+    "A drive that knows milliseconds alone is told a period of whole ones without touching its exponent",
+    "[unit]") {
+  MasterConfig config = config_of(2);
+  config.period_ns = GENERATE(2'000'000, kPeriod_ns);
+  Rig rig(config);
+  const auto refuse_writes = [](int axis, Frame& frame) {  // 60C2:2 is -3 and read-only
+    const auto answer = decode_sdo_answer(frame, 2);
+    if (axis == 1 && answer && answer->kind == SdoAnswer::Kind::kWritten &&
+        answer->object == ObjectAddress{0x60C2, 2})
+      frame = encode_sdo_answer(2, {SdoAnswer::Kind::kAbort, answer->object, 0, 0x06010002});
+    return true;
+  };
+  rig.tamper = refuse_writes;
+  const bool starts =
+      rig.run_until([&] { return rig.measured.all_known || rig.faulted(); }) && !rig.faulted();
+  CHECK(starts == (config.period_ns == 2'000'000));
+  CHECK((rig.find("602#2FC2600102000000") >= 0) == starts);  // 2 ms
+  if (!starts)
+    CHECK_THAT(rig.master.describe(rig.measured.fault), Catch::Contains("60C2:2: object is read-only"));
+}
+
+TEST_CASE("A drive without an interpolation period of its own is used all the same", "[unit]") {
+  Rig rig(config_of(2));
+  rig.tamper = [](int axis, Frame& frame) {
+    const auto answer = decode_sdo_answer(frame, 2);
+    if (axis == 1 && answer && answer->object.index == 0x60C2)
+      frame = encode_sdo_answer(2, {SdoAnswer::Kind::kAbort, answer->object, 0, 0x06020000});
+    return true;
+  };
+  CHECK(rig.enable());
+}
+
 TEST_CASE("An absent drive is a configuration fault with a time-out", "[unit]") {
   Rig rig(config_of(3));
   rig.plugs[1]->set_plugged(false);

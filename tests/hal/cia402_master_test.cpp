@@ -44,7 +44,9 @@ TEST_CASE("Start-up configures node 2 with the frames of the notes, in their ord
                             "582#6060600000000000",  // cyclic synchronous position
                             "602#4061600000000000",
                             "582#4F61600008000000",  // and it says so
+                            "602#40C2600100000000",
                             "602#2FC26001A7000000",
+                            "602#40C2600200000000",
                             "602#2FC26002FB000000",  // 167 · 10⁻⁵ s
                             "000#0102",              // start
                             "702#05"};

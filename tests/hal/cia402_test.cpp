@@ -125,7 +125,9 @@ TEST_CASE("One turn of a drive is its displacement per turn, in metres of cable 
   CHECK(scale.to_counts(-1e9) == INT32_MIN);
 }
 
-TEST_CASE("The interpolation period is the nearest that object 60C2 can hold", "[unit]") {
+TEST_CASE(
+    "The interpolation period is the nearest that object 60C2 can hold, in milliseconds where it can be",
+    "[unit]") {
   const auto is = [](int64_t period_ns, int value, int exponent) {
     const InterpolationPeriod period = nearest_interpolation_period(period_ns);
     CAPTURE(period_ns);
@@ -134,7 +136,10 @@ TEST_CASE("The interpolation period is the nearest that object 60C2 can hold", "
   };
   is(1'000'000, 1, -3);    // 1 kHz
   is(2'000'000, 2, -3);    // 500 Hz
-  is(10'000'000, 1, -2);   // 100 Hz
+  is(10'000'000, 10, -3);  // 100 Hz
+  is(2'500'000, 25, -4);   // 400 Hz
+  is(255'000'000, 255, -3);
+  is(300'000'000, 3, -1);
   is(1'666'667, 167, -5);  // 600 Hz: 1.67 ms
   is(1'250'000, 125, -5);  // 800 Hz
   is(250'000, 25, -5);     // 4 kHz

@@ -76,6 +76,69 @@ TEST_CASE("An SDO sequence gives up after its attempts and says at what", "[unit
   CHECK(refused.sequence.failure() == 0x08000022);
 }
 
+TEST_CASE("A value that a drive sends in segments is as good as one in a single frame", "[unit]") {
+  Client client;
+  client.ask(0);
+  client.answer("582#6060600000000000");
+  CHECK(client.ask(0) == "602#4061600000000000");
+  client.answer("582#4161600001000000");  // one byte to come
+  CHECK(client.ask(0) == "602#6000000000000000");
+  client.answer("582#0D08000000000000");
+  CHECK(client.ask(0) == "602#2B17100032000000");
+}
+
+TEST_CASE("A read that is not answered is aborted and asked again, as often as a write", "[unit]") {
+  const SdoStep step{{SdoRequest::Kind::kRead, {0x6061, 0}, 0, 0}, 8};
+  SdoSequence sequence(2, 100, 2);
+  sequence.start({&step, 1});
+  std::string said;
+  for (const int64_t now_ns : {0, 99, 100, 100, 199, 200, 200}) {
+    FrameBatch out;
+    sequence.advance(now_ns, out);
+    CHECK(out.size() <= 1);
+    said += out.size() == 0 ? "- " : to_text(out[0]).substr(4, 8) + ' ';
+  }
+  CHECK(said == "40616000 - 80616000 40616000 - 80616000 - ");
+  FrameBatch out;
+  CHECK(sequence.advance(200, out) == SdoSequence::Status::kFailed);
+  CHECK(sequence.failure() == static_cast<uint32_t>(SdoAbort::kTimeout));
+}
+
+TEST_CASE("A value that is there already is not written again", "[unit]") {
+  for (const bool same : {false, true}) {
+    const SdoStep step{.request = {SdoRequest::Kind::kWrite, {0x60C2, 2}, 1, 0xFD}, .only_if_other = true};
+    SdoSequence sequence(2, 100, 1);
+    sequence.start({&step, 1});
+    FrameBatch out;
+    sequence.advance(0, out);
+    sequence.receive(
+        *decode_sdo_answer(*parse_frame(same ? "582#4FC26002FD000000" : "582#4FC26002FC000000"), 2));
+    CHECK(sequence.advance(1, out) == (same ? SdoSequence::Status::kDone : SdoSequence::Status::kRunning));
+    REQUIRE(out.size() == (same ? 1 : 2));
+    CHECK(to_text(out[0]) == "602#40C2600200000000");
+    if (same) continue;
+    CHECK(to_text(out[1]) == "602#2FC26002FD000000");
+    sequence.receive(*decode_sdo_answer(*parse_frame("582#60C2600200000000"), 2));
+    CHECK(sequence.advance(2, out) == SdoSequence::Status::kDone);
+  }
+}
+
+TEST_CASE("An absent object is passed over where it is optional, and no other refusal is", "[unit]") {
+  for (const bool only_if_other : {false, true})
+    for (const auto& [answer, status] : {std::pair{"582#80C2600200000206", SdoSequence::Status::kDone},
+                                         std::pair{"582#80C2600202000106", SdoSequence::Status::kFailed}}) {
+      const SdoStep step{.request = {SdoRequest::Kind::kWrite, {0x60C2, 2}, 1, 0xFD},
+                         .only_if_other = only_if_other,
+                         .tolerance = Tolerance::kAbsence};
+      SdoSequence sequence(2, 100, 1);
+      sequence.start({&step, 1});
+      FrameBatch out;
+      sequence.advance(0, out);
+      sequence.receive(*decode_sdo_answer(*parse_frame(answer), 2));
+      CHECK(sequence.advance(1, out) == status);
+    }
+}
+
 TEST_CASE("A value is compared in the bits that count, and told where it is another", "[unit]") {
   const SdoStep step{{SdoRequest::Kind::kRead, {0x1800, 1}, 0, 0}, 0x182, ~0x4000'0000u};
   for (const bool other : {false, true}) {
