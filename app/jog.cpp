@@ -19,9 +19,10 @@ Jog::Jog(const JogConfig& config) : config_(config) { command_.axes = 1; }
 const hal::Command& Jog::step(const hal::Measurement& measurement, bool stop) noexcept {
   ++cycles_;
   const bool driven = phase_ == Phase::kEnabling || phase_ == Phase::kMoving || phase_ == Phase::kSettling;
-  if (measurement.fault.kind != hal::FaultKind::kNone && phase_ < Phase::kDisabling) {
-    fault_ = measurement.fault;
-    end(Ending::kDriveFault);
+  const bool faulted = measurement.fault.kind != hal::FaultKind::kNone;
+  if (faulted && phase_ < Phase::kDisabling) end(Ending::kDriveFault);
+  if (faulted && ending_ == Ending::kDriveFault) {
+    fault_ = measurement.fault;  // whose cause the drive may tell later
   } else if (driven && out_of_hand(measurement)) {
     end(Ending::kStrayed);
   }

@@ -15,6 +15,10 @@ constexpr int64_t kResetHold_ns = 10'000'000;
 // What the statusword says of homing may be of an earlier procedure until the drive has seen the order.
 constexpr int64_t kHomingSettle_ns = 100'000'000;
 
+// The error code as the drive keeps it, whatever it is.
+const SdoStep kReadErrorCode[] = {
+    {{SdoRequest::Kind::kRead, {0x603F, 0}, 0, 0}, 0, 0, false, Tolerance::kNone}};
+
 bool at_rest(DriveState state) noexcept {
   return state == DriveState::kSwitchOnDisabled || state == DriveState::kFault;
 }
@@ -153,6 +157,7 @@ void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
       out.push(encode_nmt({NmtCommand::kResetCommunication, node_}));
       stage_ = Stage::kBooting;
       stage_since_ns_ = now_ns;
+      may_watch_us_ = false;
       break;
     case Stage::kBooting:
       if (now_ns - stage_since_ns_ > config_.canopen.boot_timeout_ns) configure();
@@ -184,6 +189,7 @@ void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
       }
       break;
     case Stage::kRunning:
+      if (asks_error_code_) return ask_error_code(now_ns, out);
       if (phase_ == Phase::kPreparing) switch (sdo_.advance(now_ns, out)) {
           case SdoSequence::Status::kRunning:
             break;
@@ -205,6 +211,12 @@ void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
     out.push(encode_nmt({NmtCommand::kStart, node_}));
     last_nmt_start_ns_ = now_ns;
   }
+}
+
+void Cia402Axis::ask_error_code(int64_t now_ns, FrameBatch& out) noexcept {
+  const SdoSequence::Status status = sdo_.advance(now_ns, out);
+  asks_error_code_ = status == SdoSequence::Status::kRunning;
+  if (status == SdoSequence::Status::kDone && fault_.code == 0) fault_.code = sdo_.found() & 0xFFFF;
 }
 
 void Cia402Axis::drive(Task task, bool may_begin, bool all_enabled, double displacement, int64_t now_ns,
@@ -263,29 +275,22 @@ void Cia402Axis::restart() noexcept {
   state_ = DriveState::kUnknown;
   position_stamp_ns_ = 0;
   emergency_ = 0;
+  asks_error_code_ = false;
   fault_ = {};
 }
 
 void Cia402Axis::release(FrameBatch& out) noexcept {
-  switch (stage_) {
-    case Stage::kStarting:
-    case Stage::kRunning:
-      out.push(encode_nmt({NmtCommand::kPreOperational, node_}));
-      sdo_.start(release_steps_);
-      stage_ = Stage::kReleasing;
-      break;
-    case Stage::kReleasing:
-    case Stage::kFinished:
-      break;
-    default:
-      stage_ = Stage::kFinished;
-      break;
-  }
+  if (asks_error_code_ || stage_ == Stage::kReleasing || stage_ == Stage::kFinished) return;
+  stage_ = Stage::kFinished;
+  if (!may_watch_us_) return;
+  out.push(encode_nmt({NmtCommand::kPreOperational, node_}));
+  sdo_.start(release_steps_);
+  stage_ = Stage::kReleasing;
 }
 
 bool Cia402Axis::setting_up() const noexcept {
   return stage_ == Stage::kReset || stage_ == Stage::kIdentifying || stage_ == Stage::kConfiguring ||
-         stage_ == Stage::kReleasing || phase_ == Phase::kPreparing;
+         stage_ == Stage::kReleasing || phase_ == Phase::kPreparing || asks_error_code_;
 }
 
 bool Cia402Axis::needs_homing() const noexcept {
@@ -312,6 +317,7 @@ double Cia402Axis::position() const noexcept { return scale_.to_displacement(pos
 void Cia402Axis::configure() noexcept {
   if (names_.known()) {
     stage_ = Stage::kConfiguring;
+    may_watch_us_ = true;
     sdo_.start(setup_steps_);
   } else {
     stage_ = Stage::kIdentifying;
@@ -325,6 +331,8 @@ void Cia402Axis::fail(FaultKind kind, uint32_t code) noexcept {
   phase_ = Phase::kOff;
   homing_since_ns_ = 0;
   if (kind == FaultKind::kStartTimeout) stage_ = Stage::kFailed;
+  asks_error_code_ = kind == FaultKind::kDriveFault && code == 0;
+  if (asks_error_code_) sdo_.start(kReadErrorCode);
 }
 
 void Cia402Axis::fail_setup() noexcept {

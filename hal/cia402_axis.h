@@ -54,7 +54,8 @@ class Cia402Axis {
   /// Starts afresh from the communication reset, whatever the axis did.
   void restart() noexcept;
 
-  /// Takes the drive, which is disabled, out of operation and ends its watch on us.
+  /// Takes the drive, which is disabled, out of operation and ends its watch on us, as soon as it has told
+  /// what its fault is. To be called until `finished`.
   void release(FrameBatch& out) noexcept;
 
   /// Whether set_up has more than a time-out to do, so that its turn matters.
@@ -113,6 +114,7 @@ class Cia402Axis {
   void watch_reference() noexcept;
   void judge_homing(int64_t arrival_ns) noexcept;
   void configure() noexcept;
+  void ask_error_code(int64_t now_ns, FrameBatch& out) noexcept;
   void begin(int64_t now_ns) noexcept;
   uint16_t enabling_word(int64_t now_ns) noexcept;
   void fail(FaultKind kind, uint32_t code) noexcept;
@@ -133,6 +135,7 @@ class Cia402Axis {
 
   Stage stage_ = Stage::kReset;
   int64_t stage_since_ns_ = 0;
+  bool may_watch_us_ = false;  // for all we know
   int64_t last_nmt_start_ns_ = 0;
   NmtState nmt_ = NmtState::kBootUp;
   int64_t heartbeat_ns_ = 0;  // arrival of the last one
@@ -153,6 +156,7 @@ class Cia402Axis {
   int32_t position_ = 0, target_ = 0;  // counts
   int64_t position_stamp_ns_ = 0;      // 0: position unknown
   uint16_t emergency_ = 0;             // last error code
+  bool asks_error_code_ = false;       // of a fault for which no EMCY has come
   DriveFault fault_;
 };
 

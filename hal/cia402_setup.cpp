@@ -189,8 +189,11 @@ std::vector<SdoStep> following_steps(const AxisConfig& axis) {
   std::vector<SdoStep> steps;
   append_mode(steps, kModeCyclicPosition);
   if (const auto limits = soft_limits(axis)) {
-    steps.push_back(write(kSoftLimits, 1, 4, 0));
-    steps.push_back(write(kSoftLimits, 2, 4, 0));
+    // A drive that compares them refuses a least one above the greatest one that it still has: that is
+    // written again after the greatest.
+    SdoStep least = write(kSoftLimits, 1, 4, 0);
+    least.tolerance = Tolerance::kAny;
+    steps.insert(steps.end(), {least, write(kSoftLimits, 2, 4, 0), write(kSoftLimits, 1, 4, 0)});
     set_soft_limits(steps, *limits);
   }
   return steps;

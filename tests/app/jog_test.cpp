@@ -129,7 +129,7 @@ TEST_CASE("A jog that is stopped on its way comes to a halt and ends there", "[u
   CHECK(commands.back() < 1.2e-3);
 }
 
-TEST_CASE("A drive's fault ends a jog, and is kept", "[unit]") {
+TEST_CASE("A drive's fault ends a jog, and is kept, with the cause that is told afterwards", "[unit]") {
   Jog jog(two_millimetres());
   Drive drive(0);
   for (int k = 0; k < 100; ++k) drive.follow(jog.step(drive.measurement, false));
@@ -137,6 +137,9 @@ TEST_CASE("A drive's fault ends a jog, and is kept", "[unit]") {
   CHECK_FALSE(jog.step(drive.measurement, false).enable);
   CHECK(jog.ending() == Jog::Ending::kDriveFault);
   CHECK(jog.drive_fault().code == 0x2310);
+  drive.measurement.fault.code = 0x2320;
+  jog.step(drive.measurement, false);
+  CHECK(jog.drive_fault().code == 0x2320);
 }
 
 }  // namespace

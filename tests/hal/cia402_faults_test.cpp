@@ -122,12 +122,13 @@ TEST_CASE("An emergency is a fault although the drive goes on", "[unit]") {
   CHECK(rig.drives[1].state() == DriveState::kSwitchOnDisabled);
 }
 
-TEST_CASE("A fault whose EMCY is lost or late is latched by the statusword and then named", "[unit]") {
+TEST_CASE("A fault whose EMCY is late is latched by the statusword and then named", "[unit]") {
   Rig rig(config_of(2));
   REQUIRE(rig.enable());
   Frame held;
   rig.tamper = [&held](int axis, Frame& frame) {
-    if (axis != 0 || !decode_emergency(frame, 1)) return true;
+    if (axis != 0 || decode_sdo_answer(frame, 1)) return axis != 0;
+    if (!decode_emergency(frame, 1)) return true;
     held = frame;
     return false;
   };
@@ -138,6 +139,28 @@ TEST_CASE("A fault whose EMCY is lost or late is latched by the statusword and t
   rig.plugs[0]->send(held);
   rig.run_for(5 * kMillisecond_ns);
   CHECK(rig.measured.fault.code == 0x3210);
+}
+
+TEST_CASE("A drive whose EMCY is lost, or older than we are, is asked what its fault is, even at the end",
+          "[unit]") {
+  const bool ends = GENERATE(false, true);
+  CAPTURE(ends);
+  Rig rig(config_of(2));
+  rig.drives[0].inject_fault(0x3210);
+  rig.tamper = [&rig](int axis, Frame& frame) {
+    if (axis != 0) return true;
+    rig.drives[0].inject_fault(0x3210);  // it does not clear
+    return !decode_emergency(frame, 1);
+  };
+  rig.command.enable = true;
+  CHECK(rig.fault().kind == FaultKind::kDriveFault);
+  CHECK(rig.measured.fault.axis == 0);
+  rig.command.enable = false;
+  rig.command.finish = ends;
+  rig.run_for(10 * kMillisecond_ns);
+  CHECK(rig.master.describe(rig.measured.fault) ==
+        "axis 0 'cable 0' (node 1): drive fault: overvoltage of the DC link (EMCY 3210)");
+  CHECK(rig.measured.finished == ends);
 }
 
 TEST_CASE("A drive that reboots in operation is a fault, not a silent restart", "[unit]") {
@@ -214,6 +237,27 @@ TEST_CASE("A drive without an interpolation period of its own is used all the sa
     return true;
   };
   CHECK(rig.enable());
+}
+
+TEST_CASE("A start that is given up leaves no drive behind that watches the master", "[unit]") {
+  const bool refused = GENERATE(false, true);
+  CAPTURE(refused);
+  Rig rig(config_of(2));
+  rig.tamper = [refused](int axis, Frame& frame) {
+    const auto answer = decode_sdo_answer(frame, 2);
+    if (refused && axis == 1 && answer && answer->object == ObjectAddress{0x6060, 0})
+      frame = encode_sdo_answer(2, {SdoAnswer::Kind::kAbort, answer->object, 0, 0x06090030});
+    return true;
+  };
+  const char* told = "582#6016100100000000";
+  REQUIRE(rig.run_until([&] { return refused ? rig.faulted() : rig.find(told) >= 0; }));
+  REQUIRE(rig.find(told) >= 0);
+  rig.command.finish = true;
+  REQUIRE(rig.run_until([&] { return rig.measured.finished; }, 100 * kMillisecond_ns));
+  rig.master_alive = false;
+  rig.run_for(1'000 * kMillisecond_ns);
+  for (const Cia402Drive& drive : rig.drives) CHECK(drive.state() == DriveState::kSwitchOnDisabled);
+  CHECK(rig.find("082#3081110000000000") < 0);
 }
 
 TEST_CASE("An absent drive is a configuration fault with a time-out", "[unit]") {

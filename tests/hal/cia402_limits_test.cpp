@@ -34,7 +34,46 @@ std::optional<int32_t> written(const Rig& rig, int node, ObjectAddress object) {
   return value;
 }
 
+/// What a drive that refuses limits which cross has at the end, with the limits that it had.
+SoftLimits told(SoftLimits has, SoftLimits shall) {
+  AxisConfig axis{.name = "cable", .node = 2, .scale = {.counts_per_turn = 1, .displacement_per_turn = 1}};
+  axis.displacement_min = shall.min;
+  axis.displacement_max = shall.max;
+  const std::vector<SdoStep> steps = following_steps(axis);
+  SdoSequence sequence(2, 100, 1);
+  sequence.start(steps);
+  for (int64_t now_ns = 0; now_ns < 20; ++now_ns) {
+    FrameBatch out;
+    if (sequence.advance(now_ns, out) != SdoSequence::Status::kRunning) break;
+    REQUIRE(out.size() == 1);
+    const SdoRequest request = *decode_sdo_request(out[0], 2);
+    SdoAnswer answer{.kind = SdoAnswer::Kind::kWritten, .object = request.object};
+    if (request.kind == SdoRequest::Kind::kRead) answer = {SdoAnswer::Kind::kValue, request.object, 1, 8};
+    if (request.object.index == 0x607D) {
+      SoftLimits limits = has;
+      (request.object.sub == 1 ? limits.min : limits.max) = static_cast<int32_t>(request.value);
+      if (limits.min < limits.max)
+        has = limits;
+      else
+        answer = {SdoAnswer::Kind::kAbort, request.object, 0, 0x06090036};
+    }
+    sequence.receive(answer);
+  }
+  FrameBatch out;
+  CHECK(sequence.advance(21, out) == SdoSequence::Status::kDone);
+  return has;
+}
+
 }  // namespace
+
+TEST_CASE("A drive that compares its soft limits takes new ones, whichever way they are shifted", "[unit]") {
+  for (const SoftLimits has : {SoftLimits{INT32_MIN, INT32_MAX}, {-3000, -2000}, {-500, 500}, {2000, 3000}}) {
+    const SoftLimits now = told(has, {-1000, 1000});
+    CAPTURE(has.min);
+    CHECK(now.min == -1000);
+    CHECK(now.max == 1000);
+  }
+}
 
 TEST_CASE("Soft limits are those of the displacement, the right way round on a reversed axis too", "[unit]") {
   Rig rig(limited_config(-3e-3, 5e-3));
@@ -103,7 +142,7 @@ TEST_CASE("A drive without soft limits is a fault that names them, unless it is 
   if (config.axes[1].canopen.soft_limits) {
     CHECK_FALSE(rig.enable());
     CHECK(rig.master.describe(rig.measured.fault) ==
-          "axis 1 'cable 1' (node 2): configuration failed at object 607D:1: no such object (SDO abort "
+          "axis 1 'cable 1' (node 2): configuration failed at object 607D:2: no such object (SDO abort "
           "06020000)");
     CHECK(rig.drives[1].state() == DriveState::kSwitchOnDisabled);
   } else {
