@@ -22,6 +22,13 @@ inline constexpr uint32_t kHeartbeatBase = 0x700;
 /// Set in the COB-ID entry of a PDO that is switched off.
 inline constexpr uint32_t kPdoInvalid = 0x8000'0000;
 
+/// Whether an 11-bit identifier is kept for NMT, SDO, node control or later use, so that no PDO may have it.
+/// [CiA 301, restricted CAN-IDs] Real-time: yes.
+constexpr bool is_restricted(uint32_t id) noexcept {
+  return id < 0x080 || (id > 0x100 && id <= 0x180) || (id > 0x580 && id < 0x600) ||
+         (id > 0x600 && id < 0x680) || (id >= 0x6E0 && id < 0x700) || id > 0x700;
+}
+
 enum class NmtCommand : uint8_t {
   kStart = 0x01,
   kStop = 0x02,

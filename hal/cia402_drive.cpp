@@ -3,25 +3,20 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hal/little_endian.h"
+#include "hal/drive_pdos.h"
 
 namespace tendril::hal {
 namespace {
 
 using Slot = DriveObjects::Slot;
 
-// Object, subindex and bits of what can be mapped.
-constexpr uint32_t kMapControlword = 0x6040'0010, kMapTarget = 0x607A'0020;
-constexpr uint32_t kMapStatusword = 0x6041'0010, kMapPosition = 0x6064'0020;
-
 constexpr int64_t kMillisecond_ns = 1'000'000, kSecond_ns = 1000 * kMillisecond_ns;
+constexpr int64_t kLongAgo_ns = INT64_MIN / 2;
+constexpr int64_t kInhibitUnit_ns = 100'000;  // of 1800:3
 constexpr uint16_t kMasterLost = 0x8130, kPdoTooShort = 0x8210, kCommunication = 0x8100, kStrayed = 0x8611;
-constexpr int kSynchronousTypes = 240;  // transmission types up to this wait for SYNC
 
 // Homing methods, object 6098.
 constexpr int kToNegativeSwitch = 17, kToPositiveSwitch = 18;
-
-constexpr int mapped_bytes(uint32_t mapping) noexcept { return static_cast<int>(mapping & 0xFF) / 8; }
 
 constexpr uint32_t code(SdoAbort abort) noexcept { return static_cast<uint32_t>(abort); }
 
@@ -71,8 +66,9 @@ void Cia402Drive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) n
   }
   if (nmt_ != NmtState::kOperational || frame.extended) return;
   if (frame.id == kSyncId) on_sync(out);
-  const uint32_t rpdo = objects_[DriveObjects::kRpdoId];  // its bit 30 means nothing [CiA 301, object 1400]
-  if (!(rpdo & kPdoInvalid) && frame.id == (rpdo & 0x7FF)) on_rpdo(frame, out);
+  // Bit 30 means nothing in 1400:1. [CiA 301]
+  if (is_on(objects_, DriveObjects::kRpdo) && frame.id == (objects_[DriveObjects::kRpdoId] & 0x7FF))
+    on_rpdo(frame, out);
 }
 
 void Cia402Drive::advance(int64_t now_ns, FrameBatch& out) noexcept {
@@ -92,6 +88,7 @@ void Cia402Drive::advance(int64_t now_ns, FrameBatch& out) noexcept {
     injected_fault_ = 0;
   }
   watch_master(now_ns, out);
+  tell_changes(out);
   const int64_t period_ns = objects_[DriveObjects::kProducer] * kMillisecond_ns;
   if (period_ns > 0 && now_ns >= next_heartbeat_ns_) {
     out.push(encode_heartbeat(node_, nmt_));
@@ -124,6 +121,8 @@ void Cia402Drive::obey_nmt(NmtCommand command) noexcept {
   has_pending_rpdo_ = false;
   upload_left_ = {};
   syncs_since_tpdo_ = 0;
+  last_tpdo_ = {};  // so that the first one after the start goes as a change
+  tpdo_ns_ = kLongAgo_ns;
   // No setpoints come outside NMT operational: a drive that was following them must stop, as with the
   // connection lost [CiA 402-2, abort connection option 6007 = 1].
   if (nmt_ != NmtState::kOperational && state_ == DriveState::kEnabled) injected_fault_ = kCommunication;
@@ -160,8 +159,7 @@ SdoAnswer Cia402Drive::read(ObjectAddress object) noexcept {
             .size = 0,
             .value = static_cast<uint32_t>(text.size())};
   }
-  objects_.set(DriveObjects::kStatusword, statusword());
-  objects_.set(DriveObjects::kActualPosition, static_cast<uint32_t>(actual_counts()));
+  measure();
   return objects_.read(object);
 }
 
@@ -184,63 +182,32 @@ SdoAnswer Cia402Drive::next_segment(bool toggle) noexcept {
 }
 
 SdoAnswer Cia402Drive::write(const SdoRequest& request, FrameBatch& out) noexcept {
-  auto [slot, abort] = objects_.check_write(request);
-  if (abort == 0) abort = refuse_pdo_setting(slot, request.value);
-  if (abort == 0 && !is_spoken(slot, static_cast<int8_t>(request.value))) abort = code(SdoAbort::kBadValue);
+  auto [slot, value, abort] = objects_.check_write(request);
+  const bool is_pdo = abort == 0 && is_pdo_setting(slot);
+  if (is_pdo && nmt_ != NmtState::kPreOperational) abort = code(SdoAbort::kDeviceState);
+  if (is_pdo && abort == 0) abort = refuse_pdo_setting(objects_, slot, value);
+  if (abort == 0) abort = refuse_value(slot, value);
   if (abort != 0) return {SdoAnswer::Kind::kAbort, request.object, 0, abort};
-  objects_.set(slot, request.value);
-  if (slot == DriveObjects::kMode) objects_.set(DriveObjects::kModeDisplay, request.value);
+  set(slot, value);
   if (slot == DriveObjects::kProducer) next_heartbeat_ns_ = now_ns_;
   if (slot == DriveObjects::kConsumer) master_seen_ns_ = -1;
-  if (slot == DriveObjects::kControlword) apply_controlword(static_cast<uint16_t>(request.value), out);
+  if (slot == DriveObjects::kControlword) apply_controlword(static_cast<uint16_t>(value), out);
   return {SdoAnswer::Kind::kWritten, request.object, 0, 0};
 }
 
-/// The order in which PDOs are set up [CiA 301, object 1600]: switch off, empty the map, fill it, count,
-/// switch on.
-uint32_t Cia402Drive::refuse_pdo_setting(Slot slot, uint32_t value) const noexcept {
-  if (slot < DriveObjects::kRpdoId || slot > DriveObjects::kTpdoMap2) return 0;
-  if (nmt_ != NmtState::kPreOperational) return code(SdoAbort::kDeviceState);
-  const bool rpdo = slot < DriveObjects::kTpdoCount;
-  const bool on = !(objects_[rpdo ? DriveObjects::kRpdoId : DriveObjects::kTpdoId] & kPdoInvalid);
-  const uint32_t count = objects_[rpdo ? DriveObjects::kRpdoMapCount : DriveObjects::kTpdoMapCount];
-  const uint32_t first = objects_[rpdo ? DriveObjects::kRpdoMap1 : DriveObjects::kTpdoMap1];
-  const uint32_t second = objects_[rpdo ? DriveObjects::kRpdoMap2 : DriveObjects::kTpdoMap2];
-  switch (slot) {
-    case DriveObjects::kRpdoId:
-    case DriveObjects::kTpdoId: {
-      // A PDO that is on keeps its identifier; 29-bit identifiers are not spoken.
-      const uint32_t id = objects_[slot] & 0x7FF;
-      if ((value & 0x3FFF'F800) || (on && !(value & kPdoInvalid) && (value & 0x7FF) != id))
-        return code(SdoAbort::kBadValue);
-      return 0;
-    }
-    case DriveObjects::kRpdoMapCount:
-    case DriveObjects::kTpdoMapCount:
-      if (on) return code(SdoAbort::kUnsupportedAccess);
-      if ((value >= 1 && first == 0) || (value >= 2 && second == 0)) return code(SdoAbort::kNotMappable);
-      return 0;
-    case DriveObjects::kRpdoMap1:
-    case DriveObjects::kRpdoMap2:
-      if (on || count != 0) return code(SdoAbort::kUnsupportedAccess);
-      return value == kMapControlword || value == kMapTarget ? 0 : code(SdoAbort::kNotMappable);
-    case DriveObjects::kTpdoMap1:
-    case DriveObjects::kTpdoMap2:
-      if (on || count != 0) return code(SdoAbort::kUnsupportedAccess);
-      return value == kMapStatusword || value == kMapPosition ? 0 : code(SdoAbort::kNotMappable);
-    case DriveObjects::kRpdoType:
-      return value > kSynchronousTypes && value < 254 ? code(SdoAbort::kBadValue) : 0;
-    default:
-      return 0;
-  }
+uint32_t Cia402Drive::refuse_value(Slot slot, uint32_t value) noexcept {
+  const uint32_t abort = DriveObjects::check_range(slot, value);
+  return abort == 0 && !is_spoken(slot, static_cast<int8_t>(value)) ? code(SdoAbort::kBadValue) : abort;
+}
+
+void Cia402Drive::set(Slot slot, uint32_t value) noexcept {
+  objects_.set(slot, value);
+  if (slot == DriveObjects::kMode) objects_.set(DriveObjects::kModeDisplay, value);
 }
 
 void Cia402Drive::on_rpdo(const Frame& frame, FrameBatch& out) noexcept {
-  int bytes = 0;
-  const auto count = static_cast<int>(objects_[DriveObjects::kRpdoMapCount]);
-  for (int i = 0; i < count; ++i)
-    bytes += mapped_bytes(objects_[static_cast<Slot>(DriveObjects::kRpdoMap1 + i)]);
-  if (frame.length < bytes) {  // not processed, reported, no reason to stop [CiA 301, 0x8210]
+  // Not processed, reported, no reason to stop. [CiA 301, 0x8210]
+  if (frame.length < pdo_length(objects_, DriveObjects::kRpdo)) {
     out.push(encode_emergency(node_, {.code = kPdoTooShort, .error_register = 0x11}));
     return;
   }
@@ -257,39 +224,50 @@ void Cia402Drive::on_sync(FrameBatch& out) noexcept {
   if (strayed_) fail(kStrayed, out);
   apply_rpdo(out);
   latch_target();
-  const bool tpdo_on = !(objects_[DriveObjects::kTpdoId] & kPdoInvalid);
-  if (tpdo_on && ++syncs_since_tpdo_ >= static_cast<int>(objects_[DriveObjects::kTpdoType])) send_tpdo(out);
+  const auto type = static_cast<int>(objects_[DriveObjects::kTpdoType]);
+  if (type == 0)
+    send_tpdo(true, out);
+  else if (type <= static_cast<int>(kSynchronousTypes) && ++syncs_since_tpdo_ >= type)
+    send_tpdo(false, out);
 }
 
+/// A value that may not be is passed over; the controlword comes last, as the others may be what it acts on.
 void Cia402Drive::apply_rpdo(FrameBatch& out) noexcept {
   if (!has_pending_rpdo_) return;
   has_pending_rpdo_ = false;
   uint16_t word = controlword_;
-  int at = 0;
-  const auto count = static_cast<int>(objects_[DriveObjects::kRpdoMapCount]);
-  for (int i = 0; i < count; ++i) {
-    const uint32_t mapping = objects_[static_cast<Slot>(DriveObjects::kRpdoMap1 + i)];
-    if (mapping == kMapControlword) word = get<uint16_t>(pending_rpdo_.data, at);
-    if (mapping == kMapTarget)
-      objects_.set(DriveObjects::kTargetPosition, get<uint32_t>(pending_rpdo_.data, at));
-    at += mapped_bytes(mapping);
+  for (const auto [slot, value] : unpack_rpdo(objects_, pending_rpdo_)) {
+    if (slot == DriveObjects::kControlword) word = static_cast<uint16_t>(value);
+    if (slot != DriveObjects::kControlword && refuse_value(slot, value) == 0) set(slot, value);
   }
   apply_controlword(word, out);
 }
 
-void Cia402Drive::send_tpdo(FrameBatch& out) noexcept {
+void Cia402Drive::send_tpdo(bool only_if_changed, FrameBatch& out) noexcept {
+  if (!is_on(objects_, DriveObjects::kTpdo)) return;
+  measure();
+  const Frame frame = pack_tpdo(objects_);
+  if (only_if_changed && frame == last_tpdo_) return;
+  last_tpdo_ = frame;
+  tpdo_ns_ = now_ns_;
   syncs_since_tpdo_ = 0;
-  Frame frame{.id = objects_[DriveObjects::kTpdoId] & 0x7FF};
-  const auto count = static_cast<int>(objects_[DriveObjects::kTpdoMapCount]);
-  for (int i = 0; i < count; ++i) {
-    const uint32_t mapping = objects_[static_cast<Slot>(DriveObjects::kTpdoMap1 + i)];
-    if (mapping == kMapStatusword)
-      put(frame.data, frame.length, statusword());
-    else
-      put(frame.data, frame.length, actual_counts());
-    frame.length = static_cast<uint8_t>(frame.length + mapped_bytes(mapping));
-  }
   out.push(frame);
+}
+
+/// A TPDO that does not wait for SYNC goes when what it tells has changed, but not before its inhibit time is
+/// over, and when its event timer has run down.
+void Cia402Drive::tell_changes(FrameBatch& out) noexcept {
+  if (nmt_ != NmtState::kOperational || objects_[DriveObjects::kTpdoType] <= kSynchronousTypes) return;
+  const int64_t age_ns = now_ns_ - tpdo_ns_;
+  const int64_t timer_ns = objects_[DriveObjects::kTpdoTimer] * kMillisecond_ns;
+  if (age_ns < objects_[DriveObjects::kTpdoInhibit] * kInhibitUnit_ns) return;
+  send_tpdo(timer_ns == 0 || age_ns < timer_ns, out);
+}
+
+/// Brings the entries that follow the axis up to date.
+void Cia402Drive::measure() noexcept {
+  objects_.set(DriveObjects::kStatusword, statusword());
+  objects_.set(DriveObjects::kActualPosition, static_cast<uint32_t>(actual_counts()));
 }
 
 void Cia402Drive::apply_controlword(uint16_t word, FrameBatch& out) noexcept {

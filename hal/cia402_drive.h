@@ -31,11 +31,12 @@ struct DriveSpec {
 /// Homing methods: 17 and 18, the limit switch at the negative and at the positive end, and 35 and 37, the
 /// present position. Whichever the switch, it closes beyond DriveSpec's zero, and is found again from there.
 ///
-/// It does what the master set up over SDO and nothing by assumption: PDO mapping, heartbeats both ways,
-/// interpolation period, following-error window, soft limits. Its axis moves as Servo does: the target
-/// positions are interpolated over the interpolation period, their rate is fed forward, and without
-/// "operation enabled" the position stays where it is. Positions are told in whole counts. Not spoken:
-/// segmented writes, block SDO, more than one pair of PDOs, SYNC counters, node guarding.
+/// It does what the master set up over SDO and nothing by assumption: PDO mapping and transmission types,
+/// heartbeats both ways, interpolation period, following-error window, soft limits. Its axis moves as Servo
+/// does: the target positions are interpolated over the interpolation period, their rate is fed forward, and
+/// without "operation enabled" the position stays where it is. Positions are told in whole counts. Not
+/// spoken: segmented writes, block SDO, more than one pair of PDOs, remote requests, SYNC counters, node
+/// guarding.
 class Cia402Drive {
  public:
   /// Powers the drive on; its boot-up message comes with the first `advance`. Real-time: yes.
@@ -83,11 +84,14 @@ class Cia402Drive {
   SdoAnswer write(const SdoRequest& request, FrameBatch& out) noexcept;
   SdoAnswer read(ObjectAddress object) noexcept;
   SdoAnswer next_segment(bool toggle) noexcept;
-  uint32_t refuse_pdo_setting(DriveObjects::Slot slot, uint32_t value) const noexcept;
+  static uint32_t refuse_value(DriveObjects::Slot slot, uint32_t value) noexcept;
+  void set(DriveObjects::Slot slot, uint32_t value) noexcept;
   void on_rpdo(const Frame& frame, FrameBatch& out) noexcept;
   void on_sync(FrameBatch& out) noexcept;
   void apply_rpdo(FrameBatch& out) noexcept;
-  void send_tpdo(FrameBatch& out) noexcept;
+  void send_tpdo(bool only_if_changed, FrameBatch& out) noexcept;
+  void tell_changes(FrameBatch& out) noexcept;
+  void measure() noexcept;
   void apply_controlword(uint16_t word, FrameBatch& out) noexcept;
   void latch_target() noexcept;
   void move(int64_t now_ns) noexcept;
@@ -131,6 +135,8 @@ class Cia402Drive {
   bool has_pending_rpdo_ = false;
   uint16_t controlword_ = 0;  // last one applied
   int syncs_since_tpdo_ = 0;
+  Frame last_tpdo_;
+  int64_t tpdo_ns_ = 0;  // when it was sent
 
   int64_t next_heartbeat_ns_ = 0;
   int64_t master_seen_ns_ = -1;  // -1: the master is not watched, for want of its first heartbeat

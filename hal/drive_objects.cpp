@@ -11,6 +11,12 @@ namespace {
 
 enum class Right : uint8_t { kRead, kWrite };
 
+enum class Trait : uint8_t {
+  kNone,
+  kAddsNode,  // its initial value is a COB-ID of the predefined connection set
+  kMappable   // into a TPDO, and an RPDO where it can be written
+};
+
 struct Entry {
   ObjectAddress object;
   const char* name;
@@ -18,7 +24,7 @@ struct Entry {
   Right right;
   uint32_t initial;
   int64_t min, max;
-  bool add_node = false;  // the initial value is a COB-ID of the predefined connection set
+  Trait trait = Trait::kNone;
 };
 
 constexpr int64_t kAnyU8 = 0xFF, kAnyU16 = 0xFFFF, kAnyU32 = 0xFFFF'FFFF;
@@ -29,9 +35,9 @@ constexpr uint32_t kModes = 1u << (kModeHoming - 1) | 1u << (kModeCyclicPosition
 // bit n - 1 stands for mode n.
 constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
     {{0x1000, 0}, "Device type", 4, Right::kRead, 0x0002'0192, 0, kAnyU32},
-    {{0x1001, 0}, "Error register", 1, Right::kRead, 0, 0, kAnyU8},
+    {{0x1001, 0}, "Error register", 1, Right::kRead, 0, 0, kAnyU8, Trait::kMappable},
     {{0x1005, 0}, "SYNC COB-ID", 4, Right::kWrite, kSyncId, kSyncId, kSyncId},
-    {{0x1014, 0}, "EMCY COB-ID", 4, Right::kRead, kEmergencyBase, 0, kAnyU32, true},
+    {{0x1014, 0}, "EMCY COB-ID", 4, Right::kRead, kEmergencyBase, 0, kAnyU32, Trait::kAddsNode},
     {{0x1016, 0}, "Consumer heartbeats", 1, Right::kRead, 1, 0, kAnyU8},
     {{0x1016, 1}, "Consumer heartbeat 1", 4, Right::kWrite, 0, 0, 0x007F'FFFF},
     {{0x1017, 0}, "Producer heartbeat time", 2, Right::kWrite, 0, 0, kAnyU16},
@@ -41,26 +47,40 @@ constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
     {{0x1018, 3}, "Revision", 4, Right::kRead, 1, 0, kAnyU32},
     {{0x1018, 4}, "Serial number", 4, Right::kRead, 0, 0, kAnyU32},
     {{0x1400, 0}, "RPDO 1 parameters", 1, Right::kRead, 2, 0, kAnyU8},
-    {{0x1400, 1}, "RPDO 1 COB-ID", 4, Right::kWrite, kPdoInvalid | kRpdo1Base, 0, kAnyU32, true},
+    {{0x1400, 1}, "RPDO 1 COB-ID", 4, Right::kWrite, kPdoInvalid | kRpdo1Base, 0, kAnyU32, Trait::kAddsNode},
     {{0x1400, 2}, "RPDO 1 transmission type", 1, Right::kWrite, 255, 0, kAnyU8},
-    {{0x1600, 0}, "RPDO 1 mapping", 1, Right::kWrite, 0, 0, 2},
+    {{0x1600, 0}, "RPDO 1 mapping", 1, Right::kWrite, 0, 0, 8},
     {{0x1600, 1}, "RPDO 1 mapped object 1", 4, Right::kWrite, 0, 0, kAnyU32},
     {{0x1600, 2}, "RPDO 1 mapped object 2", 4, Right::kWrite, 0, 0, kAnyU32},
-    {{0x1800, 0}, "TPDO 1 parameters", 1, Right::kRead, 2, 0, kAnyU8},
-    {{0x1800, 1}, "TPDO 1 COB-ID", 4, Right::kWrite, kPdoInvalid | kTpdo1Base, 0, kAnyU32, true},
-    {{0x1800, 2}, "TPDO 1 transmission type", 1, Right::kWrite, 1, 1, 240},
-    {{0x1A00, 0}, "TPDO 1 mapping", 1, Right::kWrite, 0, 0, 2},
+    {{0x1600, 3}, "RPDO 1 mapped object 3", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1600, 4}, "RPDO 1 mapped object 4", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1600, 5}, "RPDO 1 mapped object 5", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1600, 6}, "RPDO 1 mapped object 6", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1600, 7}, "RPDO 1 mapped object 7", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1600, 8}, "RPDO 1 mapped object 8", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1800, 0}, "TPDO 1 parameters", 1, Right::kRead, 5, 0, kAnyU8},
+    {{0x1800, 1}, "TPDO 1 COB-ID", 4, Right::kWrite, kPdoInvalid | kTpdo1Base, 0, kAnyU32, Trait::kAddsNode},
+    {{0x1800, 2}, "TPDO 1 transmission type", 1, Right::kWrite, 1, 0, kAnyU8},
+    {{0x1800, 3}, "TPDO 1 inhibit time", 2, Right::kWrite, 10, 0, kAnyU16},
+    {{0x1800, 5}, "TPDO 1 event timer", 2, Right::kWrite, 0, 0, kAnyU16},
+    {{0x1A00, 0}, "TPDO 1 mapping", 1, Right::kWrite, 0, 0, 8},
     {{0x1A00, 1}, "TPDO 1 mapped object 1", 4, Right::kWrite, 0, 0, kAnyU32},
     {{0x1A00, 2}, "TPDO 1 mapped object 2", 4, Right::kWrite, 0, 0, kAnyU32},
-    {{0x603F, 0}, "Error code", 2, Right::kRead, 0, 0, kAnyU16},
-    {{0x6040, 0}, "Controlword", 2, Right::kWrite, 0, 0, kAnyU16},
-    {{0x6041, 0}, "Statusword", 2, Right::kRead, 0, 0, kAnyU16},
-    {{0x6060, 0}, "Mode of operation", -1, Right::kWrite, 0, INT8_MIN, INT8_MAX},
-    {{0x6061, 0}, "Mode of operation display", -1, Right::kRead, 0, INT8_MIN, INT8_MAX},
-    {{0x6064, 0}, "Actual position", -4, Right::kRead, 0, INT32_MIN, INT32_MAX},
+    {{0x1A00, 3}, "TPDO 1 mapped object 3", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1A00, 4}, "TPDO 1 mapped object 4", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1A00, 5}, "TPDO 1 mapped object 5", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1A00, 6}, "TPDO 1 mapped object 6", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1A00, 7}, "TPDO 1 mapped object 7", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x1A00, 8}, "TPDO 1 mapped object 8", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x603F, 0}, "Error code", 2, Right::kRead, 0, 0, kAnyU16, Trait::kMappable},
+    {{0x6040, 0}, "Controlword", 2, Right::kWrite, 0, 0, kAnyU16, Trait::kMappable},
+    {{0x6041, 0}, "Statusword", 2, Right::kRead, 0, 0, kAnyU16, Trait::kMappable},
+    {{0x6060, 0}, "Mode of operation", -1, Right::kWrite, 0, INT8_MIN, INT8_MAX, Trait::kMappable},
+    {{0x6061, 0}, "Mode of operation display", -1, Right::kRead, 0, INT8_MIN, INT8_MAX, Trait::kMappable},
+    {{0x6064, 0}, "Actual position", -4, Right::kRead, 0, INT32_MIN, INT32_MAX, Trait::kMappable},
     {{0x6065, 0}, "Following error window", 4, Right::kWrite, 0xFFFF'FFFF, 0, kAnyU32},
     {{0x6066, 0}, "Following error time out", 2, Right::kWrite, 0, 0, kAnyU16},
-    {{0x607A, 0}, "Target position", -4, Right::kWrite, 0, INT32_MIN, INT32_MAX},
+    {{0x607A, 0}, "Target position", -4, Right::kWrite, 0, INT32_MIN, INT32_MAX, Trait::kMappable},
     {{0x607D, 0}, "Software position limits", 1, Right::kRead, 2, 0, kAnyU8},
     {{0x607D, 1}, "Least position", -4, Right::kWrite, 0, INT32_MIN, INT32_MAX},
     {{0x607D, 2}, "Greatest position", -4, Right::kWrite, 0, INT32_MIN, INT32_MAX},
@@ -103,27 +123,70 @@ std::string text_of(const char* format, auto... values) {
   return text;
 }
 
-/// DataType of CiA 301: INTEGER8, 32 or UNSIGNED8, 16, 32.
+/// DataType of CiA 301: INTEGER8, 16, 32 or UNSIGNED8, 16, 32.
 int data_type(const Entry& entry) {
-  if (entry.size < 0) return entry.size == -1 ? 0x02 : 0x04;
+  if (entry.size < 0) return entry.size == -1 ? 0x02 : entry.size == -2 ? 0x03 : 0x04;
   return entry.size == 1 ? 0x05 : entry.size == 2 ? 0x06 : 0x07;
 }
 
 std::string eds_entry(const Entry& entry) {
   const bool is_writable = entry.right == Right::kWrite;
-  const auto& mappable = {0x6040, 0x6041, 0x6064, 0x607A};
-  const bool is_mappable = std::find(mappable.begin(), mappable.end(), entry.object.index) != mappable.end();
+  const bool adds_node = entry.trait == Trait::kAddsNode;
   std::string text = text_of("ParameterName=%s\nObjectType=0x7\nDataType=0x%04X\nAccessType=%s\n", entry.name,
                              data_type(entry), is_writable ? "rw" : "ro");
   if (entry.size < 0)
     text += text_of("DefaultValue=%d\n", sign_extend(entry.initial, bytes_of(entry)));
   else
-    text += text_of(entry.add_node ? "DefaultValue=$NODEID+0x%X\n" : "DefaultValue=0x%X\n", entry.initial);
+    text += text_of(adds_node ? "DefaultValue=$NODEID+0x%X\n" : "DefaultValue=0x%X\n", entry.initial);
   if (is_writable)
     text += text_of("LowLimit=%lld\nHighLimit=%lld\n", static_cast<long long>(entry.min),
                     static_cast<long long>(entry.max));
-  return text + text_of("PDOMapping=%d\n\n", is_mappable ? 1 : 0);
+  return text + text_of("PDOMapping=%d\n\n", entry.trait == Trait::kMappable ? 1 : 0);
 }
+
+// What it says of bit rates is of the protocol: the bus is the one that has any.
+constexpr std::string_view kEdsHead = R"([FileInfo]
+FileName=tendril-drive.eds
+FileVersion=1
+FileRevision=1
+EDSVersion=4.0
+Description=The simulated CiA 402 drive of tendril-plant
+CreatedBy=Tendril
+
+[DeviceInfo]
+VendorName=Tendril
+VendorNumber=0x0
+ProductName=tendril-plant
+ProductNumber=0x402
+RevisionNumber=0x1
+OrderCode=none
+BaudRate_10=1
+BaudRate_20=1
+BaudRate_50=1
+BaudRate_125=1
+BaudRate_250=1
+BaudRate_500=1
+BaudRate_800=1
+BaudRate_1000=1
+SimpleBootUpMaster=0
+SimpleBootUpSlave=1
+Granularity=8
+DynamicChannelsSupported=0
+GroupMessaging=0
+NrOfRXPDO=1
+NrOfTXPDO=1
+LSS_Supported=0
+
+[DummyUsage]
+Dummy0001=0
+Dummy0002=0
+Dummy0003=0
+Dummy0004=0
+Dummy0005=0
+Dummy0006=0
+Dummy0007=0
+
+)";
 
 /// The section that lists the objects of a kind.
 std::string eds_list(const char* section, const std::vector<int>& indices) {
@@ -144,6 +207,7 @@ std::string drive_eds() {
       objects += text_of("[%04Xsub%X]\n", index, static_cast<unsigned>(object.sub)) + eds_entry(kEntries[i]);
       continue;
     }
+    const bool is_array = index == 0x1016 || index == 0x607D || index == 0x6099;
     const bool is_mandatory = index == 0x1000 || index == 0x1001 || index == 0x1018;
     (is_mandatory ? mandatory : optional).push_back(object.index);
     unsigned entries = 1;
@@ -152,7 +216,8 @@ std::string drive_eds() {
     if (entries == 1) {
       objects += eds_entry(kEntries[i]);
     } else {
-      objects += text_of("ParameterName=%s\nObjectType=0x9\nSubNumber=%u\n\n", kEntries[i].name, entries);
+      objects += text_of("ParameterName=%s\nObjectType=0x%d\nSubNumber=%u\n\n", kEntries[i].name,
+                         is_array ? 8 : 9, entries);
       objects += text_of("[%04Xsub0]\n", index) + eds_entry(kEntries[i]);
     }
   }
@@ -163,13 +228,8 @@ std::string drive_eds() {
                text_of("DefaultValue=%s\nPDOMapping=0\n\n", entry.text.data());
   }
   std::sort(optional.begin(), optional.end());
-  return "[FileInfo]\nFileName=tendril-drive.eds\nFileVersion=1\nFileRevision=1\nEDSVersion=4.0\n"
-         "Description=The simulated CiA 402 drive of tendril-plant\n\n"
-         "[DeviceInfo]\nVendorName=Tendril\nVendorNumber=0x0\nProductName=tendril-plant\nProductNumber="
-         "0x402\n"
-         "BaudRate_1000=1\nSimpleBootUpSlave=1\nNrOfRXPDO=1\nNrOfTXPDO=1\nGranularity=8\n\n" +
-         eds_list("MandatoryObjects", mandatory) + eds_list("OptionalObjects", optional) +
-         eds_list("ManufacturerObjects", {}) + objects;
+  return std::string(kEdsHead) + eds_list("MandatoryObjects", mandatory) +
+         eds_list("OptionalObjects", optional) + eds_list("ManufacturerObjects", {}) + objects;
 }
 
 DriveObjects::DriveObjects(int node, int pdo, uint32_t rpdo_id, uint32_t tpdo_id) noexcept
@@ -178,9 +238,8 @@ DriveObjects::DriveObjects(int node, int pdo, uint32_t rpdo_id, uint32_t tpdo_id
 }
 
 void DriveObjects::restore_all() noexcept {
+  for (int i = 0; i < kSlots; ++i) values_[i] = kEntries[i].initial;
   restore_communication();
-  for (int i = 0; i < kSlots; ++i)
-    if (kEntries[i].object.index >= 0x2000) values_[i] = kEntries[i].initial;
 }
 
 void DriveObjects::restore_communication() noexcept {
@@ -188,15 +247,19 @@ void DriveObjects::restore_communication() noexcept {
     const Entry& entry = kEntries[i];
     if (entry.object.index >= 0x2000) continue;
     const int pdo_offset = is_pdo(entry.object.index) ? 0x100 * (pdo_ - 1) : 0;
-    values_[i] = entry.initial + (entry.add_node ? static_cast<uint32_t>(pdo_offset + node_) : 0);
+    const int node_offset = entry.trait == Trait::kAddsNode ? pdo_offset + node_ : 0;
+    values_[i] = entry.initial + static_cast<uint32_t>(node_offset);
   }
-  const auto restore_pdo = [this](Slot id, uint32_t cob_id, uint32_t first, uint32_t second) {
+  const auto restore_pdo = [this](const Pdo& pdo, uint32_t cob_id, uint32_t first, uint32_t second) {
     if (cob_id == 0) return;
-    const uint32_t stored[] = {cob_id, 1, 2, first, second};  // in the order of the slots
-    for (int k = 0; k < 5; ++k) values_[id + k] = stored[k];
+    values_[pdo.id] = cob_id;
+    values_[pdo.type] = 1;
+    values_[pdo.count] = 2;
+    values_[pdo.map] = first;
+    values_[pdo.map + 1] = second;
   };
-  restore_pdo(kRpdoId, rpdo_id_, 0x6040'0010, 0x607A'0020);
-  restore_pdo(kTpdoId, tpdo_id_, 0x6041'0010, 0x6064'0020);
+  restore_pdo(kRpdo, rpdo_id_, 0x6040'0010, 0x607A'0020);
+  restore_pdo(kTpdo, tpdo_id_, 0x6041'0010, 0x6064'0020);
 }
 
 int32_t DriveObjects::signed_value(Slot slot) const noexcept {
@@ -206,6 +269,17 @@ int32_t DriveObjects::signed_value(Slot slot) const noexcept {
 void DriveObjects::set(Slot slot, uint32_t value) noexcept {
   const int bytes = bytes_of(kEntries[slot]);
   values_[slot] = bytes == 4 ? value : value & ((1u << (8 * bytes)) - 1);
+}
+
+int DriveObjects::bytes(Slot slot) noexcept { return bytes_of(kEntries[slot]); }
+
+DriveObjects::Slot DriveObjects::mapped(uint32_t mapping, bool received) const noexcept {
+  const Slot slot = find({static_cast<uint16_t>(mapping >> 16), static_cast<uint8_t>(mapping >> 8)});
+  if (slot == kSlots) return slot;
+  const Entry& entry = kEntries[slot];
+  const bool fits = entry.trait == Trait::kMappable && (mapping & 0xFF) == 8u * bytes(slot) &&
+                    (!received || entry.right == Right::kWrite);
+  return fits ? slot : kSlots;
 }
 
 /// The entries of PDOs are listed as those of the first.
@@ -244,18 +318,21 @@ SdoAnswer DriveObjects::read(ObjectAddress object) const noexcept {
 
 DriveObjects::Access DriveObjects::check_write(const SdoRequest& request) const noexcept {
   const Slot slot = find(request.object);
-  if (!text(request.object).empty()) return {slot, code(SdoAbort::kReadOnly)};
-  if (slot == kSlots) return {slot, missing(request.object)};
+  if (!text(request.object).empty()) return {slot, 0, code(SdoAbort::kReadOnly)};
+  if (slot == kSlots) return {slot, 0, missing(request.object)};
+  const int size = bytes(slot);
+  if (kEntries[slot].right == Right::kRead) return {slot, 0, code(SdoAbort::kReadOnly)};
+  if (request.size > size) return {slot, 0, code(SdoAbort::kTooLong)};
+  if (request.size != 0 && request.size < size) return {slot, 0, code(SdoAbort::kTooShort)};
+  return {slot, size == 4 ? request.value : request.value & ((1u << (8 * size)) - 1), 0};
+}
+
+uint32_t DriveObjects::check_range(Slot slot, uint32_t value) noexcept {
   const Entry& entry = kEntries[slot];
-  const int bytes = bytes_of(entry);
-  if (entry.right == Right::kRead) return {slot, code(SdoAbort::kReadOnly)};
-  if (request.size > bytes) return {slot, code(SdoAbort::kTooLong)};
-  if (request.size != 0 && request.size < bytes) return {slot, code(SdoAbort::kTooShort)};
-  const uint32_t low = bytes == 4 ? request.value : request.value & ((1u << (8 * bytes)) - 1);
-  const int64_t value = entry.size < 0 ? int64_t{sign_extend(low, bytes)} : int64_t{low};
-  if (value > entry.max) return {slot, code(SdoAbort::kValueTooHigh)};
-  if (value < entry.min) return {slot, code(SdoAbort::kValueTooLow)};
-  return {slot, 0};
+  const int64_t number = entry.size < 0 ? int64_t{sign_extend(value, bytes(slot))} : int64_t{value};
+  if (number >= entry.min && number <= entry.max) return 0;
+  if (entry.min == entry.max) return code(SdoAbort::kBadValue);
+  return code(number > entry.max ? SdoAbort::kValueTooHigh : SdoAbort::kValueTooLow);
 }
 
 }  // namespace tendril::hal

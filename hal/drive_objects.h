@@ -31,14 +31,16 @@ class DriveObjects {
     kRpdoId,
     kRpdoType,
     kRpdoMapCount,
-    kRpdoMap1,
-    kRpdoMap2,
+    kRpdoMap,
+    kRpdoMapLast = kRpdoMap + 7,
     kTpdoCount,
     kTpdoId,
     kTpdoType,
+    kTpdoInhibit,  // 100 µs
+    kTpdoTimer,    // ms; 0: none
     kTpdoMapCount,
-    kTpdoMap1,
-    kTpdoMap2,
+    kTpdoMap,
+    kTpdoMapLast = kTpdoMap + 7,
     kErrorCode,  // 603F, as in the last EMCY
     kControlword,
     kStatusword,
@@ -63,9 +65,17 @@ class DriveObjects {
     kSlots
   };
 
-  /// What a write would do: the slot it concerns, or the abort code that refuses it.
+  /// Where the settings of a PDO are.
+  struct Pdo {
+    Slot id, type, count, map;  // map: the first of eight
+  };
+  static constexpr Pdo kRpdo = {kRpdoId, kRpdoType, kRpdoMapCount, kRpdoMap};
+  static constexpr Pdo kTpdo = {kTpdoId, kTpdoType, kTpdoMapCount, kTpdoMap};
+
+  /// What a write would do: the slot and the value, or the abort code that refuses it.
   struct Access {
     Slot slot = kSlots;
+    uint32_t value = 0;
     uint32_t abort = 0;  // 0: allowed
   };
 
@@ -97,8 +107,20 @@ class DriveObjects {
   /// The text that an object holds; empty where it holds none. Real-time: yes.
   static std::string_view text(ObjectAddress object) noexcept;
 
-  /// Checks a write against existence, access right, size and range, and changes nothing. Real-time: yes.
+  /// Checks a write against existence, access right and size, and changes nothing. Real-time: yes.
   Access check_write(const SdoRequest& request) const noexcept;
+
+  /// Checks a value against the range of an entry. @return the abort code that refuses it; 0: none.
+  /// Real-time: yes.
+  static uint32_t check_range(Slot slot, uint32_t value) noexcept;
+
+  /// The entry that a PDO maps so, as index, subindex and bits. Real-time: yes.
+  /// @param received  by an RPDO, so that it must be writable
+  /// @return          kSlots where there is none, or not of that length
+  Slot mapped(uint32_t mapping, bool received) const noexcept;
+
+  /// Bytes of an entry. Real-time: yes.
+  static int bytes(Slot slot) noexcept;
 
  private:
   Slot find(ObjectAddress object) const noexcept;

@@ -2,15 +2,11 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <string>
-#include <vector>
 
-#include "hal/cia402_setup.h"
-#include "rig.h"
+#include "drive_bench.h"
 
 using namespace tendril::hal;
-using tendril::hal::test::config_of;
-using tendril::hal::test::kPeriod_ns;
+using namespace tendril::hal::test;
 
 namespace {
 
@@ -18,69 +14,6 @@ constexpr int64_t kMillisecond_ns = 1'000'000;
 // Counts from the switch at which the drive stops: 2000 counts/s, looked at once a millisecond.
 constexpr double kEdge = 4;
 constexpr double kOvershoot = 1.2;  // of a servo's acceleration, where that of its set-point jumps
-
-/// A drive, node 2, that is talked to frame by frame.
-struct Bench {
-  explicit Bench(DriveSpec spec = {.node = 2, .top_speed = 1e6, .position_counts = 500}) : drive(spec) {}
-
-  /// What the drive answers to a frame, as text.
-  std::vector<std::string> say(const std::string& text) {
-    FrameBatch out;
-    drive.receive(*parse_frame(text), now_ns, out);
-    return texts(out);
-  }
-
-  std::vector<std::string> advance(int64_t duration_ns) {
-    FrameBatch out;
-    now_ns += duration_ns;
-    drive.advance(now_ns, out);
-    return texts(out);
-  }
-
-  /// The answer to an SDO request: "60...", "4F..." or "80...".
-  std::string sdo(const std::string& bytes) {
-    const auto answers = say("602#" + bytes);
-    return answers.size() == 1 ? answers[0].substr(4) : "no answer";
-  }
-
-  /// Everything a master sets up but the consumer heartbeat, then NMT start.
-  void set_up() {
-    advance(0);
-    MasterConfig config = config_of(2);
-    for (const SdoStep& step : setup_steps(config.axes[1], config)) {
-      if (step.request.object.index == 0x1016) continue;
-      const auto answers = say(to_text(encode_sdo_request(2, step.request)));
-      REQUIRE(answers.size() >= 1);
-      REQUIRE(decode_sdo_answer(*parse_frame(answers.back()), 2)->kind != SdoAnswer::Kind::kAbort);
-    }
-    say("000#0102");
-  }
-
-  /// One period: RPDO, SYNC, time. @return the answers to SYNC
-  std::vector<std::string> cycle(uint16_t word, int32_t target) {
-    say(to_text(encode_drive_command(0x202, {word, target})));
-    auto answers = say("080#");
-    advance(kPeriod_ns);
-    return answers;
-  }
-
-  void enable() {
-    for (const uint16_t word : std::initializer_list<uint16_t>{0x06, 0x07, 0x0F})
-      cycle(word, static_cast<int32_t>(drive.position()));
-    REQUIRE(drive.state() == DriveState::kEnabled);
-  }
-
-  static std::vector<std::string> texts(const FrameBatch& batch) {
-    std::vector<std::string> list;
-    for (const Frame& frame : batch) list.push_back(to_text(frame));
-    return list;
-  }
-
-  Cia402Drive drive;
-  int64_t now_ns = 0;
-};
-
-using Texts = std::vector<std::string>;
 
 }  // namespace
 
@@ -155,55 +88,6 @@ TEST_CASE("A drive tells its name in segments, and keeps to the toggle bit", "[u
   CHECK(bench.sdo("6000000000000000") == "8008100001000405");  // as does an abort
   CHECK(bench.sdo("4008100100000000") == "8008100111000906");  // no such subindex
   CHECK(bench.sdo("2308100061626364") == "8008100002000106");  // read-only
-}
-
-TEST_CASE("PDOs can be mapped only in the order and with the objects of the standard", "[unit]") {
-  Bench bench;
-  bench.advance(0);
-  CHECK(bench.sdo("2300160110004060") == "6000160100000000");  // 1600:1 = 60400010, off at power-on
-  CHECK(bench.sdo("2300160120006460") == "8000160141000406");  // 6064 into an RPDO: not mappable
-  CHECK(bench.sdo("23001A0120007A60") == "80001A0141000406");  // 607A into a TPDO
-  CHECK(bench.sdo("2F00160002000000") == "8000160041000406");  // count 2, but the second is empty
-  CHECK(bench.sdo("2F00160001000000") == "6000160000000000");
-  CHECK(bench.sdo("2300160220007A60") == "8000160200000106");  // while the map is in use
-  CHECK(bench.sdo("2300140102020000") == "6000140100000000");  // on
-  CHECK(bench.sdo("2F00160000000000") == "8000160000000106");  // while the PDO is on
-  CHECK(bench.sdo("2300140103020000") == "8000140130000906");  // other identifier while on
-  CHECK(bench.sdo("2300140102020080") == "6000140100000000");  // off
-  CHECK(bench.sdo("2F001402F1000000") == "8000140230000906");  // reserved transmission type
-  bench.say("000#0102");
-  CHECK(bench.sdo("2300140102020000") == "8000140122000008");  // not in operational
-}
-
-TEST_CASE("The mapping that the master wrote decides what the bytes mean", "[unit]") {
-  Bench bench;
-  bench.advance(0);
-  // Position before statusword, target before controlword, on other identifiers.
-  for (const char* bytes :
-       {"2300160120007A60", "2300160210004060", "2F00160002000000", "2F00140201000000", "230014010A030000",
-        "23001A0120006460", "23001A0210004160", "2F001A0002000000", "2300180199010000", "2F60600008000000"}) {
-    CAPTURE(bytes);
-    REQUIRE(bench.sdo(bytes).substr(0, 2) == "60");
-  }
-  bench.say("000#0102");
-  bench.say("30A#F40100000600");
-  CHECK(bench.say("080#") == Texts{"199#F40100003102"});
-  CHECK(bench.drive.state() == DriveState::kReady);
-}
-
-TEST_CASE("Bit 30 of a COB-ID, by which masters forbid remote frames, leaves the PDO as it is", "[unit]") {
-  Bench bench;
-  bench.set_up();
-  bench.say("000#8002");
-  CHECK(bench.sdo("2300140102020040") == "6000140100000000");  // 1400:1 = 40000202
-  CHECK(bench.sdo("2300180182010040") == "6000180100000000");  // 1800:1 = 40000182
-  bench.say("000#0102");
-  CHECK(bench.cycle(0x06, 0) == Texts{"182#3102F4010000"});
-  CHECK(bench.sdo("2300140102020080") == "8000140122000008");  // switched off in pre-operational alone
-  bench.say("000#8002");
-  CHECK(bench.sdo("23001401020200C0") == "6000140100000000");
-  bench.say("000#0102");
-  CHECK(bench.cycle(0x07, 0) == Texts{"182#3102F4010000"});
 }
 
 TEST_CASE("Targets take effect at SYNC and the answer tells state and position", "[unit]") {
@@ -442,12 +326,4 @@ TEST_CASE("Homing keeps to its speeds and acceleration, however long the steps o
   }
   CHECK(fastest == Approx(10'000).epsilon(0.02));
   CHECK(last == Approx(0).margin(5 * kEdge));
-}
-
-TEST_CASE("An RPDO that is too short is reported and not applied", "[unit]") {
-  Bench bench;
-  bench.set_up();
-  CHECK(bench.say("202#0600F40100") == Texts{"082#1082110000000000"});
-  bench.say("080#");
-  CHECK(bench.drive.state() == DriveState::kSwitchOnDisabled);
 }

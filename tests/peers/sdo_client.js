@@ -50,8 +50,10 @@ async function write(index, data, more = {}) {
 }
 
 async function main() {
-  for (const entry of Eds.fromFile(eds).values())
-    for (let sub = 0; sub < (entry.subNumber || 1); ++sub) await read(entry.index, sub);
+  for (const entry of Eds.fromFile(eds).values()) {
+    const subs = entry.subNumber ? [...Array(256).keys()].filter((sub) => entry.at(sub)) : [0];
+    for (const sub of subs) await read(entry.index, sub);
+  }
   tell('block transfers');
   await read(TARGET_POSITION, 0, { blockTransfer: true });
   await write(TARGET_POSITION, Buffer.alloc(4), { blockTransfer: true });

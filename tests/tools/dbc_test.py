@@ -101,7 +101,23 @@ class EdsTest(unittest.TestCase):
         self.assertEqual(eds["6064"]["DataType"], "0x0004")
         self.assertEqual(eds["60C2sub2"]["DefaultValue"], "-3")
         mappable = [section for section in eds.sections() if eds[section].get("PDOMapping") == "1"]
-        self.assertEqual(mappable, ["6040", "6041", "6064", "607A"])
+        self.assertEqual(mappable, ["1001", "603F", "6040", "6041", "6060", "6061", "6064", "607A"])
+        composite = [section for section in eds.sections() if "SubNumber" in eds[section]]
+        composites = {section: int(eds[section]["ObjectType"], 0) for section in composite}
+        arrays = [index for index, kind in composites.items() if kind == 8]
+        self.assertEqual(arrays, ["1016", "607D", "6099"])  # of one type, by CiA 301 and 402
+        self.assertEqual(set(composites.values()), {8, 9})
+        # What CiA 306 wants of every sheet.
+        for section, keys in (
+            ("FileInfo", "FileName FileVersion FileRevision EDSVersion Description CreatedBy"),
+            ("DeviceInfo", "VendorName VendorNumber ProductName ProductNumber RevisionNumber OrderCode"),
+            ("DeviceInfo", " ".join(f"BaudRate_{kbit}" for kbit in (10, 20, 50, 125, 250, 500, 800, 1000))),
+            ("DeviceInfo", "SimpleBootUpMaster SimpleBootUpSlave Granularity DynamicChannelsSupported GroupMessaging"),
+            ("DeviceInfo", "NrOfRXPDO NrOfTXPDO LSS_Supported"),
+            ("DummyUsage", " ".join(f"Dummy000{kind}" for kind in range(1, 8))),
+        ):
+            for key in keys.split():
+                self.assertIn(key, eds[section])
         self.assertEqual(eds["1400sub1"]["DefaultValue"], "$NODEID+0x80000200")
 
 
