@@ -24,9 +24,10 @@ constexpr uint32_t code(SdoAbort abort) noexcept { return static_cast<uint32_t>(
 constexpr uint8_t error_register(uint16_t emergency) noexcept {
   if (emergency == 0) return 0;
   const int group = emergency >> 12;
-  return static_cast<uint8_t>(emergency >> 8 == 0x81 ? 0x11
-                                                     : 0x01 | (group == 2 ? 0x02 : 0) |
-                                                           (group == 3 ? 0x04 : 0) | (group == 4 ? 0x08 : 0));
+  const bool is_communication = emergency >> 8 == 0x81 || emergency >> 8 == 0x82;
+  return static_cast<uint8_t>(is_communication ? 0x11
+                                               : 0x01 | (group == 2 ? 0x02 : 0) | (group == 3 ? 0x04 : 0) |
+                                                     (group == 4 ? 0x08 : 0));
 }
 
 /// Whether a mode or homing method is one that this drive has; values of other entries all are.
@@ -97,6 +98,7 @@ void Cia402Drive::advance(int64_t now_ns, FrameBatch& out) noexcept {
 }
 
 void Cia402Drive::obey_nmt(NmtCommand command) noexcept {
+  const NmtState before = nmt_;
   switch (command) {
     case NmtCommand::kStart:
       nmt_ = NmtState::kOperational;
@@ -114,12 +116,15 @@ void Cia402Drive::obey_nmt(NmtCommand command) noexcept {
       [[fallthrough]];
     case NmtCommand::kResetCommunication:
       objects_.restore_communication();
+      rpdo_too_short_ = false;
+      update_error_register();
       nmt_ = NmtState::kBootUp;
       master_seen_ns_ = -1;
       break;
   }
+  if (nmt_ == NmtState::kStopped || nmt_ == NmtState::kBootUp) upload_left_ = {};
+  if (nmt_ == before) return;
   has_pending_rpdo_ = false;
-  upload_left_ = {};
   syncs_since_tpdo_ = 0;
   last_tpdo_ = {};  // so that the first one after the start goes as a change
   tpdo_ns_ = kLongAgo_ns;
@@ -203,14 +208,19 @@ uint32_t Cia402Drive::refuse_value(Slot slot, uint32_t value) noexcept {
 void Cia402Drive::set(Slot slot, uint32_t value) noexcept {
   objects_.set(slot, value);
   if (slot == DriveObjects::kMode) objects_.set(DriveObjects::kModeDisplay, value);
+  if (slot == DriveObjects::kErrorCount)
+    for (int i = DriveObjects::kErrorHistory; i <= DriveObjects::kErrorHistoryLast; ++i)
+      objects_.set(static_cast<Slot>(i), 0);
 }
 
+/// One that is too short is not processed, and reported once; no reason to stop. [CiA 301, 0x8210]
 void Cia402Drive::on_rpdo(const Frame& frame, FrameBatch& out) noexcept {
-  // Not processed, reported, no reason to stop. [CiA 301, 0x8210]
-  if (frame.length < pdo_length(objects_, DriveObjects::kRpdo)) {
-    out.push(encode_emergency(node_, {.code = kPdoTooShort, .error_register = 0x11}));
-    return;
+  const bool too_short = frame.length < pdo_length(objects_, DriveObjects::kRpdo);
+  if (too_short != rpdo_too_short_) {
+    rpdo_too_short_ = too_short;
+    report(too_short ? kPdoTooShort : 0, out);
   }
+  if (too_short) return;
   pending_rpdo_ = frame;
   has_pending_rpdo_ = true;
   if (objects_[DriveObjects::kRpdoType] > kSynchronousTypes) {
@@ -279,9 +289,8 @@ void Cia402Drive::apply_controlword(uint16_t word, FrameBatch& out) noexcept {
   if (start_edge && homes()) start_homing();
   if (!(word & kStartHoming) && homing_ != Homing::kAttained) homing_ = Homing::kNone;  // interrupted
   if (before == DriveState::kFault && state_ != DriveState::kFault) {
-    objects_.set(DriveObjects::kErrorRegister, 0);
     objects_.set(DriveObjects::kErrorCode, 0);
-    out.push(encode_emergency(node_, {}));
+    report(0, out);
   }
 }
 
@@ -348,10 +357,25 @@ void Cia402Drive::take_reference(double zero) noexcept {
 void Cia402Drive::fail(uint16_t emergency, FrameBatch& out) noexcept {
   if (state_ == DriveState::kFaultReaction || state_ == DriveState::kFault) return;
   state_ = DriveState::kFaultReaction;
-  const uint8_t bits = error_register(emergency);
-  objects_.set(DriveObjects::kErrorRegister, bits);
   objects_.set(DriveObjects::kErrorCode, emergency);
+  report(emergency, out);
+}
+
+/// Tells of an error that has come, or with code 0 of one that has gone; nodes that are stopped keep that to
+/// themselves. [CiA 301, emergency object]
+void Cia402Drive::report(uint16_t emergency, FrameBatch& out) noexcept {
+  update_error_register();
+  if (emergency != 0) objects_.remember_error(emergency);
+  if (nmt_ == NmtState::kStopped) return;
+  const auto bits = static_cast<uint8_t>(objects_[DriveObjects::kErrorRegister]);
   out.push(encode_emergency(node_, {.code = emergency, .error_register = bits}));
+}
+
+/// The bits of all errors that there are: of a fault, and of an RPDO.
+void Cia402Drive::update_error_register() noexcept {
+  const auto fault = static_cast<uint16_t>(objects_[DriveObjects::kErrorCode]);
+  const uint16_t rpdo = rpdo_too_short_ ? kPdoTooShort : 0;
+  objects_.set(DriveObjects::kErrorRegister, error_register(fault) | error_register(rpdo));
 }
 
 /// Heartbeat consumer. It starts with the first heartbeat and, when they end, also takes the node out of NMT

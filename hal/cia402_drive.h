@@ -100,6 +100,8 @@ class Cia402Drive {
   void take_reference(double zero) noexcept;
   bool strays() noexcept;
   void fail(uint16_t code, FrameBatch& out) noexcept;
+  void report(uint16_t code, FrameBatch& out) noexcept;
+  void update_error_register() noexcept;
   void watch_master(int64_t now_ns, FrameBatch& out) noexcept;
   bool interpolates() const noexcept;
   bool homes() const noexcept;
@@ -133,7 +135,8 @@ class Cia402Drive {
 
   Frame pending_rpdo_;  // waits for SYNC
   bool has_pending_rpdo_ = false;
-  uint16_t controlword_ = 0;  // last one applied
+  uint16_t controlword_ = 0;     // last one applied
+  bool rpdo_too_short_ = false;  // the last one
   int syncs_since_tpdo_ = 0;
   Frame last_tpdo_;
   int64_t tpdo_ns_ = 0;  // when it was sent

@@ -36,6 +36,11 @@ constexpr uint32_t kModes = 1u << (kModeHoming - 1) | 1u << (kModeCyclicPosition
 constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
     {{0x1000, 0}, "Device type", 4, Right::kRead, 0x0002'0192, 0, kAnyU32},
     {{0x1001, 0}, "Error register", 1, Right::kRead, 0, 0, kAnyU8, Trait::kMappable},
+    {{0x1003, 0}, "Error history", 1, Right::kWrite, 0, 0, 0},
+    {{0x1003, 1}, "Error 1", 4, Right::kRead, 0, 0, kAnyU32},
+    {{0x1003, 2}, "Error 2", 4, Right::kRead, 0, 0, kAnyU32},
+    {{0x1003, 3}, "Error 3", 4, Right::kRead, 0, 0, kAnyU32},
+    {{0x1003, 4}, "Error 4", 4, Right::kRead, 0, 0, kAnyU32},
     {{0x1005, 0}, "SYNC COB-ID", 4, Right::kWrite, kSyncId, kSyncId, kSyncId},
     {{0x1014, 0}, "EMCY COB-ID", 4, Right::kRead, kEmergencyBase, 0, kAnyU32, Trait::kAddsNode},
     {{0x1016, 0}, "Consumer heartbeats", 1, Right::kRead, 1, 0, kAnyU8},
@@ -207,7 +212,7 @@ std::string drive_eds() {
       objects += text_of("[%04Xsub%X]\n", index, static_cast<unsigned>(object.sub)) + eds_entry(kEntries[i]);
       continue;
     }
-    const bool is_array = index == 0x1016 || index == 0x607D || index == 0x6099;
+    const bool is_array = index == 0x1003 || index == 0x1016 || index == 0x607D || index == 0x6099;
     const bool is_mandatory = index == 0x1000 || index == 0x1001 || index == 0x1018;
     (is_mandatory ? mandatory : optional).push_back(object.index);
     unsigned entries = 1;
@@ -245,7 +250,7 @@ void DriveObjects::restore_all() noexcept {
 void DriveObjects::restore_communication() noexcept {
   for (int i = 0; i < kSlots; ++i) {
     const Entry& entry = kEntries[i];
-    if (entry.object.index >= 0x2000) continue;
+    if (entry.object.index >= 0x2000 || (i >= kErrorRegister && i <= kErrorHistoryLast)) continue;
     const int pdo_offset = is_pdo(entry.object.index) ? 0x100 * (pdo_ - 1) : 0;
     const int node_offset = entry.trait == Trait::kAddsNode ? pdo_offset + node_ : 0;
     values_[i] = entry.initial + static_cast<uint32_t>(node_offset);
@@ -280,6 +285,13 @@ DriveObjects::Slot DriveObjects::mapped(uint32_t mapping, bool received) const n
   const bool fits = entry.trait == Trait::kMappable && (mapping & 0xFF) == 8u * bytes(slot) &&
                     (!received || entry.right == Right::kWrite);
   return fits ? slot : kSlots;
+}
+
+void DriveObjects::remember_error(uint16_t code) noexcept {
+  constexpr int kErrors = kErrorHistoryLast - kErrorHistory + 1;
+  for (int i = kErrorHistoryLast; i > kErrorHistory; --i) values_[i] = values_[i - 1];
+  values_[kErrorHistory] = code;
+  values_[kErrorCount] = std::min(values_[kErrorCount] + 1, uint32_t{kErrors});
 }
 
 /// The entries of PDOs are listed as those of the first.

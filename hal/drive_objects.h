@@ -17,6 +17,9 @@ class DriveObjects {
   enum Slot : int {
     kDeviceType,
     kErrorRegister,
+    kErrorCount,    // 1003:0
+    kErrorHistory,  // 1003:1 and on, the newest first
+    kErrorHistoryLast = kErrorHistory + 3,
     kSyncCobId,
     kEmergencyCobId,
     kConsumerCount,
@@ -41,7 +44,7 @@ class DriveObjects {
     kTpdoMapCount,
     kTpdoMap,
     kTpdoMapLast = kTpdoMap + 7,
-    kErrorCode,  // 603F, as in the last EMCY
+    kErrorCode,  // 603F, as in the EMCY of the present fault
     kControlword,
     kStatusword,
     kMode,
@@ -87,8 +90,8 @@ class DriveObjects {
   /// Real-time: yes.
   DriveObjects(int node, int pdo, uint32_t rpdo_id = 0, uint32_t tpdo_id = 0) noexcept;
 
-  /// Gives all entries, or those below 2000 (the communication profile), their power-on values. Real-time:
-  /// yes.
+  /// Gives all entries, or those below 2000 (the communication profile) except the errors, their power-on
+  /// values. Real-time: yes.
   void restore_all() noexcept;
   void restore_communication() noexcept;
 
@@ -121,6 +124,9 @@ class DriveObjects {
 
   /// Bytes of an entry. Real-time: yes.
   static int bytes(Slot slot) noexcept;
+
+  /// Puts an error code at the head of the history, 1003. Real-time: yes.
+  void remember_error(uint16_t code) noexcept;
 
  private:
   Slot find(ObjectAddress object) const noexcept;

@@ -264,9 +264,11 @@ TEST_CASE("A drive that is following must not be taken out of operation unnotice
     bench.set_up();
     bench.enable();
     bench.say(order);
-    bench.advance(kMillisecond_ns);
-    bench.advance(kMillisecond_ns);
+    Texts said = bench.advance(kMillisecond_ns);
+    for (const std::string& more : bench.advance(kMillisecond_ns)) said.push_back(more);
     CHECK(bench.drive.state() == DriveState::kFault);
+    // Nodes that are stopped send no EMCY.
+    CHECK(std::count(said.begin(), said.end(), "082#0081110000000000") == (order[4] == '8' ? 1 : 0));
   }
 }
 

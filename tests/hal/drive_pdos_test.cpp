@@ -162,10 +162,65 @@ TEST_CASE(
   CHECK(sent == "1 5002 5 3102 6 3302 56 3302 ");
 }
 
-TEST_CASE("An RPDO that is too short is reported and not applied", "[unit]") {
+TEST_CASE("An RPDO that is too short is reported once, not applied, and over with the next good one",
+          "[unit]") {
   Bench bench;
   bench.set_up();
   CHECK(bench.say("202#0600F40100") == Texts{"082#1082110000000000"});
+  CHECK(bench.say("202#0600F40100").empty());
+  CHECK(bench.sdo("4001100000000000") == "4F01100011000000");
   bench.say("080#");
   CHECK(bench.drive.state() == DriveState::kSwitchOnDisabled);
+  bench.drive.inject_fault(0x4310);
+  bench.advance(0);
+  CHECK(bench.sdo("4001100000000000") == "4F01100019000000");             // both
+  CHECK(bench.say("202#0000F4010000") == Texts{"082#0000090000000000"});  // what is left
+  CHECK(bench.sdo("4001100000000000") == "4F01100009000000");
+}
+
+TEST_CASE("A start of a node that runs already changes nothing", "[unit]") {
+  Bench bench;
+  bench.set_up();
+  bench.say("202#0600F4010000");
+  bench.sdo("4008100000000000");
+  bench.say("000#0102");
+  CHECK(bench.sdo("6000000000000000") == "0074656E6472696C");  // a name in segments goes on
+  CHECK(bench.say("080#") == Texts{"182#3102F4010000"});       // and the target is taken
+  bench.say("202#0700F4010000");
+  bench.say("000#8002");
+  CHECK(bench.sdo("7000000000000000") == "132D706C616E7400");  // in pre-operational too
+  bench.say("000#0102");
+  CHECK(bench.say("080#") == Texts{"182#3102F4010000"});  // what came before is void
+  bench.sdo("4008100000000000");
+  bench.say("000#0202");
+  bench.say("000#8002");
+  CHECK(bench.sdo("6000000000000000") == "8008100001000405");  // a stop ends it
+}
+
+TEST_CASE("The error register lasts as long as its errors, and the history keeps the last four", "[unit]") {
+  Bench bench;
+  bench.set_up();
+  for (const uint16_t code : std::initializer_list<uint16_t>{0x2310, 0x3210, 0x4310, 0x5530, 0x7305}) {
+    bench.cycle(0x00, 0);
+    bench.drive.inject_fault(code);
+    for (int k = 0; k < 2; ++k) bench.advance(kMillisecond_ns);
+    if (code != 0x7305) bench.cycle(0x80, 0);
+  }
+  CHECK(bench.sdo("4003100000000000") == "4F03100004000000");
+  const char* expected[] = {"05730000", "30550000", "10430000", "10320000"};
+  for (int k = 0; k < 4; ++k)
+    CHECK(bench.sdo("4003100" + std::to_string(k + 1) + "00000000") ==
+          "4303100" + std::to_string(k + 1) + expected[k]);
+  CHECK(bench.sdo("2F03100002000000") == "8003100030000906");  // 0 alone may be written
+  bench.say("000#8202");
+  bench.advance(0);
+  REQUIRE(bench.drive.state() == DriveState::kFault);
+  CHECK(bench.sdo("4001100000000000") == "4F01100001000000");  // it is still there
+  CHECK(bench.sdo("403F600000000000") == "4B3F600005730000");
+  CHECK(bench.sdo("2F03100000000000") == "6003100000000000");
+  CHECK(bench.sdo("4003100100000000") == "4303100100000000");
+  bench.say("000#8102");
+  bench.advance(0);
+  CHECK(bench.sdo("4001100000000000") == "4F01100000000000");
+  CHECK(bench.sdo("403F600000000000") == "4B3F600000000000");
 }

@@ -105,7 +105,7 @@ class EdsTest(unittest.TestCase):
         composite = [section for section in eds.sections() if "SubNumber" in eds[section]]
         composites = {section: int(eds[section]["ObjectType"], 0) for section in composite}
         arrays = [index for index, kind in composites.items() if kind == 8]
-        self.assertEqual(arrays, ["1016", "607D", "6099"])  # of one type, by CiA 301 and 402
+        self.assertEqual(arrays, ["1003", "1016", "607D", "6099"])  # of one type, by CiA 301 and 402
         self.assertEqual(set(composites.values()), {8, 9})
         # What CiA 306 wants of every sheet.
         for section, keys in (
