@@ -47,6 +47,7 @@ inline constexpr uint16_t kShutdown = 0x06;
 inline constexpr uint16_t kSwitchOn = 0x07;  // from "operation enabled": disable operation
 inline constexpr uint16_t kEnableOperation = 0x0F;
 inline constexpr uint16_t kFaultReset = 0x80;   // acts on its rising edge
+inline constexpr uint16_t kHalt = 0x100;        // stand still, "operation enabled"
 inline constexpr uint16_t kStartHoming = 0x10;  // homing mode; its rising edge starts, its end interrupts
 
 // Modes of operation, the values of objects 6060 and 6061.

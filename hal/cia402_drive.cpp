@@ -110,9 +110,7 @@ void Cia402Drive::obey_nmt(NmtCommand command) noexcept {
       nmt_ = NmtState::kPreOperational;
       break;
     case NmtCommand::kResetNode:
-      objects_.restore_all();
-      objects_.set(DriveObjects::kErrorWindow, error_window_);
-      state_ = DriveState::kNotReady;
+      reset();
       [[fallthrough]];
     case NmtCommand::kResetCommunication:
       objects_.restore_communication();
@@ -131,6 +129,16 @@ void Cia402Drive::obey_nmt(NmtCommand command) noexcept {
   // No setpoints come outside NMT operational: a drive that was following them must stop, as with the
   // connection lost [CiA 402-2, abort connection option 6007 = 1].
   if (nmt_ != NmtState::kOperational && state_ == DriveState::kEnabled) injected_fault_ = kCommunication;
+}
+
+/// As at power-on, but for where it stands and what it knows of that.
+void Cia402Drive::reset() noexcept {
+  objects_.restore_all();
+  objects_.set(DriveObjects::kErrorWindow, error_window_);
+  state_ = DriveState::kNotReady;
+  controlword_ = 0;
+  homing_ = Homing::kNone;
+  limited_ = strayed_ = false;
 }
 
 void Cia402Drive::serve_sdo(const SdoRequest& request, FrameBatch& out) noexcept {
@@ -331,8 +339,10 @@ void Cia402Drive::start_homing() noexcept {
 }
 
 /// Lets time pass in homing mode: towards the switch until it closes, then slowly back until it opens. Must
-/// come before `move`, which sets the clock.
+/// come before `move`, which sets the clock. Without power and in another mode the search is over.
 void Cia402Drive::home(int64_t now_ns) noexcept {
+  if (!homes() && homing_ != Homing::kAttained) homing_ = Homing::kNone;
+  if (!searches()) homing_speed_ = 0;
   if (!searches()) return;
   const double outwards = objects_.signed_value(DriveObjects::kHomingMethod) == kToNegativeSwitch ? -1 : 1;
   const bool closed = outwards * position() >= 0;
@@ -402,7 +412,7 @@ PowerStage Cia402Drive::power_stage() const noexcept {
 }
 
 bool Cia402Drive::interpolates() const noexcept {
-  return state_ == DriveState::kEnabled &&
+  return state_ == DriveState::kEnabled && !halted() &&
          objects_.signed_value(DriveObjects::kModeDisplay) == kModeCyclicPosition;
 }
 
@@ -411,7 +421,7 @@ bool Cia402Drive::homes() const noexcept {
 }
 
 bool Cia402Drive::searches() const noexcept {
-  return homes() && (homing_ == Homing::kSearching || homing_ == Homing::kLeavingSwitch);
+  return homes() && !halted() && (homing_ == Homing::kSearching || homing_ == Homing::kLeavingSwitch);
 }
 
 uint16_t Cia402Drive::statusword() const noexcept {

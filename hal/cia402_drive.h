@@ -34,9 +34,9 @@ struct DriveSpec {
 /// It does what the master set up over SDO and nothing by assumption: PDO mapping and transmission types,
 /// heartbeats both ways, interpolation period, following-error window, soft limits. Its axis moves as Servo
 /// does: the target positions are interpolated over the interpolation period, their rate is fed forward, and
-/// without "operation enabled" the position stays where it is. Positions are told in whole counts. Not
-/// spoken: segmented writes, block SDO, more than one pair of PDOs, remote requests, SYNC counters, node
-/// guarding.
+/// without "operation enabled" the position stays where it is. Positions are told in whole counts. A quick
+/// stop, and bit 8 of the controlword, halt, make it stand at once, with its power on. Not spoken: segmented
+/// writes, block SDO, more than one pair of PDOs, remote requests, SYNC counters, node guarding.
 class Cia402Drive {
  public:
   /// Powers the drive on; its boot-up message comes with the first `advance`. Real-time: yes.
@@ -80,6 +80,7 @@ class Cia402Drive {
   static constexpr uint16_t kOverheated = 0x4310;  // excess temperature of the drive [CiA 402]
 
   void obey_nmt(NmtCommand command) noexcept;
+  void reset() noexcept;
   void serve_sdo(const SdoRequest& request, FrameBatch& out) noexcept;
   SdoAnswer write(const SdoRequest& request, FrameBatch& out) noexcept;
   SdoAnswer read(ObjectAddress object) noexcept;
@@ -103,6 +104,7 @@ class Cia402Drive {
   void report(uint16_t code, FrameBatch& out) noexcept;
   void update_error_register() noexcept;
   void watch_master(int64_t now_ns, FrameBatch& out) noexcept;
+  bool halted() const noexcept { return (controlword_ & kHalt) != 0; }
   bool interpolates() const noexcept;
   bool homes() const noexcept;
   bool searches() const noexcept;

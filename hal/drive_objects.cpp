@@ -77,9 +77,12 @@ constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
     {{0x1A00, 6}, "TPDO 1 mapped object 6", 4, Right::kWrite, 0, 0, kAnyU32},
     {{0x1A00, 7}, "TPDO 1 mapped object 7", 4, Right::kWrite, 0, 0, kAnyU32},
     {{0x1A00, 8}, "TPDO 1 mapped object 8", 4, Right::kWrite, 0, 0, kAnyU32},
+    {{0x6007, 0}, "Abort connection option", -2, Right::kWrite, 1, 1, 1},
     {{0x603F, 0}, "Error code", 2, Right::kRead, 0, 0, kAnyU16, Trait::kMappable},
     {{0x6040, 0}, "Controlword", 2, Right::kWrite, 0, 0, kAnyU16, Trait::kMappable},
     {{0x6041, 0}, "Statusword", 2, Right::kRead, 0, 0, kAnyU16, Trait::kMappable},
+    {{0x605A, 0}, "Quick stop option", -2, Right::kWrite, 6, 6, 6},
+    {{0x605D, 0}, "Halt option", -2, Right::kWrite, 1, 1, 1},
     {{0x6060, 0}, "Mode of operation", -1, Right::kWrite, 0, INT8_MIN, INT8_MAX, Trait::kMappable},
     {{0x6061, 0}, "Mode of operation display", -1, Right::kRead, 0, INT8_MIN, INT8_MAX, Trait::kMappable},
     {{0x6064, 0}, "Actual position", -4, Right::kRead, 0, INT32_MIN, INT32_MAX, Trait::kMappable},
@@ -149,7 +152,7 @@ std::string eds_entry(const Entry& entry) {
   return text + text_of("PDOMapping=%d\n\n", entry.trait == Trait::kMappable ? 1 : 0);
 }
 
-// What it says of bit rates is of the protocol: the bus is the one that has any.
+// All bit rates of CiA 301: which one is in force is the bus's affair.
 constexpr std::string_view kEdsHead = R"([FileInfo]
 FileName=tendril-drive.eds
 FileVersion=1

@@ -44,9 +44,12 @@ class DriveObjects {
     kTpdoMapCount,
     kTpdoMap,
     kTpdoMapLast = kTpdoMap + 7,
+    kAbortOption,
     kErrorCode,  // 603F, as in the EMCY of the present fault
     kControlword,
     kStatusword,
+    kQuickStopOption,
+    kHaltOption,
     kMode,
     kModeDisplay,
     kActualPosition,

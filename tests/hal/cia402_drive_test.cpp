@@ -307,6 +307,104 @@ TEST_CASE("Homing goes on while bit 4 is set, tells how far it is, and leaves ot
   CHECK((status(0x0F) & 0x3400) == kFollowsCommand);
 }
 
+TEST_CASE("A homing search that lost its power or its mode is over until it is started again", "[unit]") {
+  const bool by_mode = GENERATE(false, true);
+  CAPTURE(by_mode);
+  Bench bench({.node = 2, .position_counts = 500, .incremental = true});
+  bench.set_up();
+  bench.sdo("2F98600011000000");
+  bench.sdo("2F60600006000000");
+  for (const uint16_t word : std::initializer_list<uint16_t>{0x06, 0x07, 0x0F, 0x1F, 0x1F, 0x1F})
+    bench.cycle(word, 500);
+  const double left = bench.drive.position();
+  REQUIRE(left < 500);
+  if (by_mode) {
+    bench.sdo("2F60600008000000");
+    bench.cycle(0x1F, static_cast<int32_t>(std::lround(left - 500)));
+    bench.sdo("2F60600006000000");
+  } else {
+    bench.cycle(0x17, 0);
+  }
+  const double resting = bench.drive.position();
+  for (int k = 0; k < 10; ++k) bench.cycle(0x1F, 0);
+  REQUIRE(bench.drive.state() == DriveState::kEnabled);
+  CHECK(bench.drive.position() == resting);
+  bench.cycle(0x0F, 0);
+  for (int k = 0; k < 10; ++k) bench.cycle(0x1F, 0);
+  CHECK(bench.drive.position() < resting);
+}
+
+TEST_CASE("A node that is reset has forgotten its controlword and its homing", "[unit]") {
+  Bench bench;
+  const auto home = [&bench](std::initializer_list<uint16_t> words) {
+    bench.set_up();
+    bench.sdo("2F98600025000000");
+    bench.sdo("2F60600006000000");
+    uint16_t status = 0;
+    for (const uint16_t word : words)
+      status = decode_drive_feedback(0x182, *parse_frame(bench.cycle(word, 0).back()))->statusword;
+    return status;
+  };
+  CHECK(home({0x06, 0x07, 0x0F, 0x1F, 0x1F}) & kHomingAttained);
+  bench.cycle(0x80, 0);
+  bench.say("000#8102");
+  CHECK_FALSE(home({0x06, 0x07, 0x0F, 0x0F}) & kHomingAttained);
+  bench.cycle(0x80, 0);
+  bench.say("000#8102");
+  bench.set_up();
+  bench.drive.inject_fault(0x4310);
+  for (int k = 0; k < 2; ++k) bench.advance(kMillisecond_ns);
+  bench.cycle(0x80, 0);  // an edge: bit 7 was set before the reset alone
+  CHECK(bench.drive.state() == DriveState::kSwitchOnDisabled);
+}
+
+TEST_CASE("Halt stops what a drive follows, with its power on, and its end lets it go on", "[unit]") {
+  Bench bench;
+  bench.set_up();
+  bench.enable();
+  for (int32_t target = 510; target < 600; target += 10) bench.cycle(0x0F, target);
+  const auto status = [&](uint16_t word, int32_t target) {
+    return decode_drive_feedback(0x182, *parse_frame(bench.cycle(word, target).back()))->statusword;
+  };
+  CHECK_FALSE(status(0x10F, 700) & kFollowsCommand);
+  const double halted = bench.drive.position();
+  CHECK(halted < 610);
+  for (int k = 0; k < 10; ++k) CHECK(decode_statusword(status(0x10F, 700)) == DriveState::kEnabled);
+  CHECK(bench.drive.position() == halted);
+  CHECK(status(0x0F, 700) & kFollowsCommand);
+  bench.advance(50 * kMillisecond_ns);
+  CHECK(bench.drive.position() == Approx(700).margin(0.1));
+}
+
+TEST_CASE("Halt makes a homing search pause", "[unit]") {
+  Bench bench({.node = 2, .position_counts = 500, .incremental = true});
+  bench.set_up();
+  bench.sdo("2F98600011000000");
+  bench.sdo("2F60600006000000");
+  const auto status = [&](uint16_t word) {
+    return decode_drive_feedback(0x182, *parse_frame(bench.cycle(word, 0).back()))->statusword;
+  };
+  for (const uint16_t word : std::initializer_list<uint16_t>{0x06, 0x07, 0x0F, 0x1F, 0x1F})
+    bench.cycle(word, 0);
+  status(0x11F);
+  const double halted = bench.drive.position();
+  for (int k = 0; k < 10; ++k) CHECK((status(0x11F) & 0x3400) == kTargetReached);  // stands, not attained
+  CHECK(bench.drive.position() == halted);
+  for (int k = 0; k < 600; ++k) bench.cycle(0x1F, 0);
+  CHECK((status(0x1F) & 0x3400) == (kTargetReached | kHomingAttained));
+}
+
+TEST_CASE("A drive tells how it stops, and has no other way", "[unit]") {
+  Bench bench;
+  bench.advance(0);
+  CHECK(bench.sdo("4007600000000000") == "4B07600001000000");  // connection lost: fault
+  CHECK(bench.sdo("405A600000000000") == "4B5A600006000000");  // quick stop: stays in it
+  CHECK(bench.sdo("405D600000000000") == "4B5D600001000000");  // halt: stays in "operation enabled"
+  CHECK(bench.sdo("2B5A600006000000") == "605A600000000000");
+  for (const char* object : {"0760", "5A60", "5D60"})
+    CHECK(bench.sdo("2B" + std::string(object) + "0002000000") == "80" + std::string(object) + "0030000906");
+}
+
 TEST_CASE("Homing keeps to its speeds and acceleration, however long the steps of time", "[unit]") {
   Bench bench({.node = 2, .position_counts = 20'000, .incremental = true});
   bench.set_up();
