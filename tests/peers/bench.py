@@ -5,7 +5,6 @@ What may come late is waited for with great patience and never slept for: no tes
 
 import os
 import re
-import re
 import signal
 import subprocess
 import sys

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Commands say what is wrong with their arguments before they install or build anything."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -30,7 +31,9 @@ class UsageTest(unittest.TestCase):
             shutil.copy(ROOT / name, self.root / name)
 
     def run_command(self, name, *arguments):
-        return subprocess.run([self.root / "tools" / name, *arguments], capture_output=True, text=True, check=False)
+        environment = {**os.environ, "PATH": f"{self.root}/tools:{os.environ['PATH']}"}
+        words = [self.root / "tools" / name, *arguments]
+        return subprocess.run(words, capture_output=True, text=True, check=False, env=environment)
 
     def test_validate_lists_its_cases(self):
         ended = self.run_command("validate", "--list")
@@ -68,6 +71,32 @@ class UsageTest(unittest.TestCase):
             ended = self.run_command(name)
             self.assertEqual(ended.returncode, 2)
             self.assertTrue(ended.stderr.startswith(f"usage: tools/{name} "), ended.stderr)
+
+    def test_the_last_line_of_a_test_run_counts_what_was_skipped(self):
+        said = [
+            "1/3 Test #1: hal: A frame is a frame ...........   Passed    0.01 sec",
+            "2/3 Test #2: hal: A bus is a bus ..............***Skipped   0.01 sec",
+            "3/3 Test #3: qp: A passed problem is solved ...   Passed    0.01 sec",
+        ]
+        for lines, last in (
+            (said, "All but 2 of 6 tests passed (release), in "),  # once without a CAN interface, once with one
+            (said[::2], "All 4 tests passed (release), in "),
+            (said + ["ctest fails"], "FAILED: release (build/release/test.log), release (build/release/vcan.log); "),
+        ):
+            self.replace_programs("".join(f"echo '{line}'\n" for line in lines) + f"exit {int(len(lines) > 3)}\n")
+            ended = self.run_command("test", "--quick")
+            self.assertIn(last, ended.stdout.splitlines()[-1], ended.stdout + ended.stderr)
+            self.assertEqual(ended.returncode, int(last.startswith("FAILED")))
+
+    def replace_programs(self, ctest):
+        """tools/test, with nothing to install, build and format, and a ctest that is this script."""
+        shutil.copy(ROOT / "tools/test", self.root / "tools/test")
+        (self.root / "build/release").mkdir(parents=True, exist_ok=True)
+        scripts = {"setup": "", "build": "", "vcan": 'exec "$@"\n', "ctest": ctest, "clang-format": ""}
+        for name, script in scripts.items():
+            path = self.root / "tools" / name
+            path.write_text("#!/bin/bash\n" + script)
+            path.chmod(0o755)
 
 
 if __name__ == "__main__":
