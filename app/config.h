@@ -86,7 +86,7 @@ struct EffectorConfig {
 
 /// One axis of the bus: how the displacement of its actuator becomes a position of its drive.
 struct DriveConfig {
-  int node = 0;                      // no other drive's and not the master's; 1..127, with ODrive 0..63
+  int node = 0;                      // no other drive's and not the master's; 1..127, with ODrive 0..62 or 63
   double counts_per_turn = 1;        // encoder counts in one turn; 1 where the protocol counts turns
   double displacement_per_turn = 0;  // m or m³: circumference of a pulley, lead of a screw, volume of a pump
   bool reversed = false;             // true where the displacement falls as the count rises

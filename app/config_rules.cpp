@@ -104,9 +104,12 @@ std::vector<int> check_nodes(const Value& robot, const Config& config) {
   if (config.bus.protocol != kOdrive) add(config.bus.master_node, "bus.master_node");
   for (std::size_t i = 0; i < config.actuators.size(); ++i) {
     const int node = config.actuators[i].drive.node;
+    const Value place = robot.at("actuators").at(i).at("drive").at("node");
+    if (config.bus.protocol == kOdrive && config.bus.firmware == hal::OdriveFirmware::k0_6 &&
+        node == hal::kOdriveUnaddressed)
+      place.fail("at most 62, as firmware 0.6 gives 63 to axes that have no address yet");
     const auto taken = std::ranges::find(nodes, node);
     if (taken != nodes.end()) {
-      const Value place = robot.at("actuators").at(i).at("drive").at("node");
       place.fail("a node id of its own, " + owners[taken - nodes.begin()] + " has this one");
     }
     add(node, fmt::format("actuators[{}].drive", i));

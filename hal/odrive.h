@@ -30,6 +30,8 @@ enum class OdriveMessage : uint8_t {
 };
 
 inline constexpr int kOdriveNodes = 64;  // 0..63
+/// The node of an axis that has no address yet, to which all axes listen; firmware 0.6.
+inline constexpr int kOdriveUnaddressed = 63;
 
 /// The identifier of a message to or from a node: node << 5 | message.
 /// @param node  0..63

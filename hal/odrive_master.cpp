@@ -9,10 +9,12 @@ namespace {
 // Axes ordered into closed-loop control in one cycle, four frames each: a cycle's frames fit a batch.
 constexpr int kCloseAtOnce = 8;
 
-void check_axis(const AxisConfig& axis) {
+void check_axis(const AxisConfig& axis, OdriveFirmware firmware) {
   const std::string who = "axis '" + axis.name + "': ";
   if (axis.node < 0 || axis.node >= kOdriveNodes)
     refuse_drives(who + "node " + std::to_string(axis.node) + " is not within 0..63");
+  if (axis.node == kOdriveUnaddressed && firmware == OdriveFirmware::k0_6)
+    refuse_drives(who + "node 63 is that of axes without an address");
   if (axis.scale.counts_per_turn != 1) refuse_drives(who + "positions are in turns, 1 count each");
   const OdriveAxisLimits& limits = axis.odrive;
   if (limits.velocity < 0 || limits.current < 0 || (limits.velocity > 0) != (limits.current > 0))
@@ -42,7 +44,7 @@ void check_odrive(const MasterConfig& config) {
   IdentifierClaims claims;
   claims.claim(config.sensors);
   for (const AxisConfig& axis : config.axes) {
-    check_axis(axis);
+    check_axis(axis, config.odrive.firmware);
     for (uint32_t message = 0; message < 32; ++message)
       claims.claim(static_cast<uint32_t>(axis.node) << 5 | message, to_text(axis));
   }

@@ -207,6 +207,8 @@ TEST_CASE("Keys that belong to the other protocol are refused, and so are ODrive
   CHECK_THAT(error_with("node: 1,", "node: 1, reference: homing,"),
              Contains("actuators[0].drive.reference: found 'homing', expected no such key"));
   CHECK_THAT(error_with("node: 1,", "node: 64,"), Contains("expected a whole number from 0 to 63"));
+  CHECK_THAT(error_with("node: 1,", "node: 63,"),
+             Contains("actuators[0].drive.node: found '63', expected at most 62, as firmware 0.6 gives 63"));
   CHECK_THAT(error_with("protocol: odrive", "protocol: odrive\n  firmware: 0.4"),
              Contains("bus.firmware: found '0.4', expected 0.5 or 0.6"));
   CHECK_THAT(error_with("protocol: odrive", "protocol: odrive\n  encoder_period: 30 ms"),

@@ -65,6 +65,8 @@ TEST_CASE("What ODrive asks of a configuration is checked, and each mistake name
   };
   refused("1..32 axes", [](MasterConfig& c) { c.axes.clear(); });
   refused("'cable 1': node 64 is not within 0..63", [](MasterConfig& c) { c.axes[1].node = 64; });
+  refused("'cable 1': node 63 is that of axes without an address",
+          [](MasterConfig& c) { c.axes[1].node = 63; });
   refused("'cable 1': node -1", [](MasterConfig& c) { c.axes[1].node = -1; });
   refused("both use identifier 0x0", [](MasterConfig& c) { c.axes[1].node = 0; });
   refused("positions are in turns", [](MasterConfig& c) { c.axes[0].scale.counts_per_turn = 8192; });
@@ -75,6 +77,9 @@ TEST_CASE("What ODrive asks of a configuration is checked, and each mistake name
   refused("encoder estimates", [](MasterConfig& c) { c.odrive.encoder_period_ns = 0; });
   MasterConfig config = odrive_config_of(2);
   config.sensors = {camera(0x40)};  // node 2 is nobody's
+  CHECK_NOTHROW(check(config));
+  config.axes[1].node = 63;
+  config.odrive.firmware = OdriveFirmware::k0_5;
   CHECK_NOTHROW(check(config));
 }
 
