@@ -88,7 +88,8 @@ struct EffectorConfig {
 struct DriveConfig {
   int node = 0;                      // no other drive's and not the master's; 1..127, with ODrive 0..62 or 63
   double counts_per_turn = 1;        // encoder counts in one turn; 1 where the protocol counts turns
-  double displacement_per_turn = 0;  // m or m³: circumference of a pulley, lead of a screw, volume of a pump
+  double displacement_per_turn = 0;  // m or m³, of the encoder where the protocol counts turns, else of the
+                                     // pulley (its circumference), the screw (lead) or the pump (volume)
   bool reversed = false;             // true where the displacement falls as the count rises
   double offset = 0;                 // m or m³: displacement where the drive reads 0
   hal::CanopenAxis canopen;

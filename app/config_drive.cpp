@@ -65,6 +65,12 @@ void read_canopen(Reader& r, hal::CanopenAxis& axis, hal::Protocol protocol, Dim
   r.may("following_error", axis.following_error, only_with(kCanopen, protocol, dimension, kPositive));
 }
 
+void refuse_counts(const Value& v, double&) {
+  v.fail(
+      "no such key, as bus.protocol is odrive, whose positions are in turns of the encoder; gear says how "
+      "many of these make one of the pulley, screw or pump");
+}
+
 }  // namespace
 
 std::function<void(Reader&, DriveConfig&)> drive_of(hal::Protocol protocol, std::string_view key,
@@ -72,14 +78,14 @@ std::function<void(Reader&, DriveConfig&)> drive_of(hal::Protocol protocol, std:
   return [=](Reader& r, DriveConfig& drive) {
     drive.line = r.line();
     r.need("node", drive.node, protocol == kOdrive ? kOdriveNode : kCanopenNode);
-    const auto read_counts = only_with(kCanopen, protocol, Dimension::kNumber, kPositive);
-    if (protocol == kOdrive)  // positions are in turns already
-      r.may("counts_per_turn", drive.counts_per_turn, read_counts);
+    if (protocol == kOdrive)
+      r.may("counts_per_turn", drive.counts_per_turn, refuse_counts);
     else
-      r.need("counts_per_turn", drive.counts_per_turn, read_counts);
-    double length_or_volume = 0;
+      r.need("counts_per_turn", drive.counts_per_turn, Dimension::kNumber, kPositive);
+    double length_or_volume = 0, gear = 1;
     r.need(key, length_or_volume, dimension, kPositive);
-    drive.displacement_per_turn = factor * length_or_volume;
+    r.may("gear", gear, only_with(kOdrive, protocol, Dimension::kNumber, kPositive));
+    drive.displacement_per_turn = factor * length_or_volume / gear;
     r.may("reversed", drive.reversed);
     r.may("offset", drive.offset, dimension);
     read_canopen(r, drive.canopen, protocol, dimension);

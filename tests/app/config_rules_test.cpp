@@ -1,7 +1,10 @@
 #include "app/config_rules.h"
 
 #include <catch2/catch.hpp>
+#include <numbers>
 
+#include "app/robot.h"
+#include "hal/drive_protocol.h"
 #include "mistake.h"
 #include "robot_file.h"
 #include "tests/replace_each.h"
@@ -196,12 +199,24 @@ TEST_CASE("A robot with ODrive axes has the keys, ranges and defaults of that pr
   CHECK_FALSE(c.plant->drives.position_gain);
 }
 
+TEST_CASE("The encoder of an ODrive axis turns as often as its gear says while the pulley turns once",
+          "[unit]") {
+  std::string yaml = good_odrive();
+  yaml.replace(yaml.find("node: 1,"), 8, "node: 1, gear: 12.5, reversed: true,");
+  const auto master = master_config(load_config(RobotFile(yaml).path()));
+  const auto circumference = [](double radius) { return 2 * std::numbers::pi * radius; };
+  CHECK(master.axes[0].scale.to_position(circumference(0.010)) == Approx(-12.5));
+  CHECK(master.axes[1].scale.to_position(circumference(0.011)) == Approx(1));
+  CHECK_NOTHROW(tendril::hal::check(master));
+}
+
 TEST_CASE("Keys that belong to the other protocol are refused, and so are ODrive's own mistakes", "[unit]") {
   using Catch::Contains;
   CHECK_THAT(
       error_with("node: 1,", "node: 1, counts_per_turn: 8192,"),
       Contains("actuators[0].drive.counts_per_turn: found '8192', expected no such key, as bus.protocol "
-               "is odrive"));
+               "is odrive, whose positions are in turns of the encoder; gear says how many"));
+  CHECK_THAT(error_with("node: 1,", "node: 1, gear: 0,"), Contains("actuators[0].drive.gear: found '0'"));
   CHECK_THAT(error_with("protocol: odrive", "protocol: odrive\n  master_node: 3"),
              Contains("bus.master_node: found '3', expected no such key"));
   CHECK_THAT(error_with("node: 1,", "node: 1, reference: homing,"),
@@ -227,6 +242,10 @@ TEST_CASE("Keys that belong to the other protocol are refused, and so are ODrive
                    nullptr,
                    {"actuators[0].drive.current_limit: found '5 A', expected no such key, as bus.protocol is "
                     "canopen"}},
+                  {"node: 1,",
+                   "node: 1, gear: 5,",
+                   nullptr,
+                   {"actuators[0].drive.gear: found '5', expected no such key, as bus.protocol is canopen"}},
                   {"bitrate: 1 Mbit/s",
                    "bitrate: 1 Mbit/s\n  firmware: 0.6",
                    "  firmware",
