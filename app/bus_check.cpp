@@ -24,6 +24,18 @@ hal::BusBudget check_bus(const Config& config) {
   return budget;
 }
 
+std::string advice_on_power_on(const Config& config) {
+  std::string names;
+  for (const ActuatorConfig& actuator : config.actuators)
+    if (actuator.drive.counts_from_power_on.value_or(false))
+      names += fmt::format("{}'{}'", names.empty() ? "" : ", ", actuator.name);
+  if (names.empty()) return "";
+  return fmt::format(
+      "drive.reference is power_on of {}: these must get power where their displacement is drive.offset, "
+      "in the shape of the mesh unless it is given; nothing else tells where they stand",
+      names);
+}
+
 std::string bus_dbc(const Config& config) {
   check_bus(config);
   std::vector<hal::DisplacementUnit> units;

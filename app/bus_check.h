@@ -12,6 +12,10 @@ namespace tendril::app {
 /// Real-time: no.
 hal::BusBudget check_bus(const Config& config);
 
+/// What a person must see to where axes count from wherever they stood when they got power; empty where none
+/// do. Real-time: no (allocates).
+std::string advice_on_power_on(const Config& config);
+
 /// Every frame of the robot's bus as a DBC file.
 /// @throws ConfigError as `check_bus`
 /// Real-time: no.

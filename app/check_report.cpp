@@ -215,6 +215,7 @@ int check_robot(const Config& config, bool json) {
                                    kMaxEffectorCoordinates));
   report.line("bus", budget.text);
   report_sensors(config, report);
+  if (const std::string advice = advice_on_power_on(config); !advice.empty()) report.advice.push_back(advice);
   report.line(
       "body",
       rests ? fmt::format("rests with its effectors at {}, all actuators at displacement 0",

@@ -93,6 +93,8 @@ struct DriveConfig {
   bool reversed = false;             // true where the displacement falls as the count rises
   double offset = 0;                 // m or m³: displacement where the drive reads 0
   hal::CanopenAxis canopen;
+  std::optional<bool>
+      counts_from_power_on;   // ODrive's must say: from wherever the axis then stood, or it knows
   double velocity_limit = 0;  // rev/s, of an ODrive axis; 0: as it is set up
   double current_limit = 0;   // A, likewise; both or neither
   int line = 0;

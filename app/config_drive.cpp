@@ -55,10 +55,6 @@ void read_canopen(Reader& r, hal::CanopenAxis& axis, hal::Protocol protocol, Dim
         only_with(kCanopen, protocol,
                   Words<hal::Mapping>{{"configure", hal::Mapping::kConfigure},
                                       {"as_found", hal::Mapping::kAsFound}}));
-  r.may("reference", axis.reference,
-        only_with(kCanopen, protocol,
-                  Words<hal::Reference>{{"absolute", hal::Reference::kAbsolute},
-                                        {"homing", hal::Reference::kHoming}}));
   r.may("referenced_bit", axis.referenced_bit, only_with(kCanopen, protocol, read_makers_bit));
   r.may("homing", axis.homing, only_with(kCanopen, protocol, read_homing));
   r.may("soft_limits", axis.soft_limits, only_with(kCanopen, protocol));
@@ -88,6 +84,12 @@ std::function<void(Reader&, DriveConfig&)> drive_of(hal::Protocol protocol, std:
     drive.displacement_per_turn = factor * length_or_volume / gear;
     r.may("reversed", drive.reversed);
     r.may("offset", drive.offset, dimension);
+    if (protocol == kOdrive)
+      r.may("reference", drive.counts_from_power_on, Words<bool>{{"absolute", false}, {"power_on", true}});
+    else
+      r.may("reference", drive.canopen.reference,
+            Words<hal::Reference>{{"absolute", hal::Reference::kAbsolute},
+                                  {"homing", hal::Reference::kHoming}});
     read_canopen(r, drive.canopen, protocol, dimension);
     r.may("velocity_limit", drive.velocity_limit,
           only_with(kOdrive, protocol, Dimension::kTurnRate, kPositive));

@@ -131,11 +131,18 @@ void check_limits(const Value& robot, const Config& config) {
 }
 
 /// What an axis is told of homing has a use, and no start takes for the zero wherever the axis has got to.
+/// Where the protocol cannot tell whether there is a reference, a person must.
 void check_references(const Value& robot, const Config& config) {
   for (std::size_t i = 0; i < config.actuators.size(); ++i) {
     const hal::CanopenAxis& axis = config.actuators[i].drive.canopen;
     const Value place = robot.at("actuators").at(i).at("drive");
-    if (axis.reference != hal::Reference::kHoming) {
+    if (config.bus.protocol == kOdrive) {
+      if (!config.actuators[i].drive.counts_from_power_on)
+        place.at("reference")
+            .fail(
+                "absolute, or power_on: does the axis still know where it stands when its power was off, or "
+                "does it count from wherever it stands when the power comes? An ODrive does not tell");
+    } else if (axis.reference != hal::Reference::kHoming) {
       if (place.at("homing").is_mapping()) place.at("reference").fail("homing, as there is a section for it");
     } else if (axis.homing.method && hal::homes_in_place(*axis.homing.method) && axis.referenced_bit < 0) {
       place.at("referenced_bit")

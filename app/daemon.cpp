@@ -239,6 +239,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   const size_t m = config.actuators.size();
   spdlog::info("{}: {} on {}", config.robot, m == 1 ? "one actuator" : fmt::format("{} actuators", m),
                bus->describe());
+  if (const std::string advice = advice_on_power_on(config); !advice.empty()) spdlog::warn("{}", advice);
   rt::ControlLoop loop(*bus, *master, controller, channels->snapshots, channels->targets, channels->feedback,
                        channels->requests);
   ModelThread model(*robot, config, *channels);

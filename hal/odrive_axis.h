@@ -16,12 +16,12 @@ namespace tendril::hal {
 /// what we want of the power stage and how far the axis has followed: off; preparing (errors of an earlier
 /// life are cleared); closing (closed-loop control is ordered); on.
 ///
-/// CANSimple has no flag that says whether an axis has a reference. Taken for one is that the axis accepts
-/// closed-loop control, as it does with an absolute encoder or its index found, and that its position is then
-/// the one that it told before. Some firmware tells 0 until the first closed-loop control (see
-/// odrive_axis.cpp), so from that order until a position has come back no position is commanded, and one that
-/// differs by more than kHeldWithin is a fault. Real-time: every function but the constructor (bounded, no
-/// allocation).
+/// CANSimple has no flag that says whether an axis has a reference: what its positions count from, those who
+/// set it up must know. It must accept closed-loop control, as it does with an absolute encoder or its index
+/// found, and its position must then be the one that it told before. Some firmware tells 0 until the first
+/// closed-loop control (see odrive_axis.cpp), so from that order until a position has come back no position
+/// is commanded, and one that differs by more than kHeldWithin is a fault. Real-time: every function but the
+/// constructor (bounded, no allocation).
 class OdriveAxis {
  public:
   /// Largest step of a position at enabling that is not a fault, rev: the sag of a loaded winch.

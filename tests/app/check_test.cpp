@@ -120,13 +120,16 @@ TEST_CASE("The check warns of a rate whose period many CANopen drives cannot be 
   REQUIRE(told.at("advice").size() == 1);
   CHECK_THAT(told.at("advice").at(0).get<std::string>(),
              Catch::Contains("control.rate 600 Hz is a period of 1.667 ms"));
-  // The positions of ODrive axes come on a clock of their own.
-  const RobotFile odrive(finger({{"node: 1, counts_per_turn: 65536,", "node: 1,"},
-                                 {"node: 2, counts_per_turn: 65536,", "node: 2,"},
-                                 {"master_node: 127", "protocol: odrive"},
-                                 {"heartbeat: 50 ms", "heartbeat: 100 ms"},
-                                 {"timeout: 150 ms", "timeout: 250 ms"}}));
-  CHECK(check(odrive.path().string(), 0).at("advice").empty());
+}
+
+TEST_CASE("The check tells which axes a person must power on in a known place", "[scenario]") {
+  const RobotFile absolute(finger(odrive("0.6"))), counting(finger(odrive("0.6", "power_on")));
+  // None of the rate either: the positions of ODrive axes come on a clock of their own.
+  CHECK(check(absolute.path().string(), 0).at("advice").empty());
+  const nlohmann::json advice = check(counting.path().string(), 0).at("advice");
+  REQUIRE(advice.size() == 1);
+  CHECK_THAT(advice.at(0).get<std::string>(),
+             Catch::StartsWith("drive.reference is power_on of 'right', 'left': these must get power where"));
 }
 
 TEST_CASE("The check tells what a cavity holds at rest, and what keeps its effector from a waypoint",

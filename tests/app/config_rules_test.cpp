@@ -158,11 +158,12 @@ TEST_CASE("What a drive is told of its reference must make sense", "[unit]") {
         {"actuators[0].drive.homing.speed_search: found '0', expected a whole number no less than 1"}}});
 }
 
-/// kGood with ODrive axes: nodes 1 and 2, positions in turns, the heartbeats that the drives come with.
+/// kGood with ODrive axes: nodes 1 and 2, positions in turns, absolute encoders, the heartbeats that the
+/// drives come with.
 std::string good_odrive() {
   using tendril::testing::replace_each;
   std::string yaml = kGood;
-  replace_each(yaml, "counts_per_turn: ", ", ", "");
+  replace_each(yaml, "counts_per_turn: ", ", ", "reference: absolute, ");
   replace_each(yaml, "  heartbeat", "\n", "");
   replace_each(yaml, "  master_node: ", "\n", "  protocol: odrive\n");
   return yaml;
@@ -219,8 +220,12 @@ TEST_CASE("Keys that belong to the other protocol are refused, and so are ODrive
   CHECK_THAT(error_with("node: 1,", "node: 1, gear: 0,"), Contains("actuators[0].drive.gear: found '0'"));
   CHECK_THAT(error_with("protocol: odrive", "protocol: odrive\n  master_node: 3"),
              Contains("bus.master_node: found '3', expected no such key"));
-  CHECK_THAT(error_with("node: 1,", "node: 1, reference: homing,"),
-             Contains("actuators[0].drive.reference: found 'homing', expected no such key"));
+  CHECK_THAT(error_with("reference: absolute", "reference: homing"),
+             Contains("actuators[0].drive.reference: found 'homing', expected absolute or power_on"));
+  CHECK_THAT(error_with("reference: absolute, ", ""),
+             Contains("actuators[0].drive.reference: found nothing, expected absolute, or power_on: does the "
+                      "axis still know where it stands when its power was off"));
+  CHECK(error_with("reference: absolute", "reference: power_on") == "no error");
   CHECK_THAT(error_with("node: 1,", "node: 64,"), Contains("expected a whole number from 0 to 63"));
   CHECK_THAT(error_with("node: 1,", "node: 63,"),
              Contains("actuators[0].drive.node: found '63', expected at most 62, as firmware 0.6 gives 63"));

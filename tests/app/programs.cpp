@@ -44,6 +44,16 @@ std::string finger(const Changes& changes) {
   return text;
 }
 
+Changes odrive(const std::string& firmware, const std::string& reference) {
+  const std::pair<std::string, std::string> turns{"counts_per_turn: 65536, ",
+                                                  "reference: " + reference + ", "};
+  return {turns,
+          turns,
+          {"master_node: 127", "protocol: odrive\n  firmware: " + firmware},
+          {"id: 0x1F0", "id: 0x7F0"},  // the nodes own the lower ones
+          {"id: 0x1F1", "id: 0x7F1"}};
+}
+
 int line_of(const std::string& piece) {
   const std::string text = finger();
   const auto at = static_cast<std::ptrdiff_t>(text.find(piece));

@@ -23,6 +23,10 @@ using Changes = std::vector<std::pair<std::string, std::string>>;
 /// @throws std::runtime_error where a piece is not there
 std::string finger(const Changes& changes = {});
 
+/// What makes of it the file for ODrive axes on the same nodes.
+/// @param reference  of both, "absolute" or "power_on"
+Changes odrive(const std::string& firmware, const std::string& reference = "absolute");
+
 /// The number of the line of finger() on which a piece first stands.
 int line_of(const std::string& piece);
 

@@ -81,24 +81,15 @@ TEST_CASE("A controller that reports bus-off or error-passive stops the robot wi
   CHECK(daemon.err().find("stopped: " + reason) != std::string::npos);
 }
 
-/// The finger as its file would be for ODrive axes on the same nodes.
-Changes odrive() {
-  return {{"counts_per_turn: 65536, ", ""},
-          {"counts_per_turn: 65536, ", ""},
-          {"master_node: 127", "protocol: odrive\n  firmware: 0.6"},
-          {"id: 0x1F0", "id: 0x7F0"},  // the nodes own the lower ones
-          {"id: 0x1F1", "id: 0x7F1"}};
-}
-
 TEST_CASE("What befalls drives of either protocol stops the robot with the reason", "[vcan]") {
   if (skipped()) return;
   const auto [changes, line, reason] = GENERATE(table<Changes, std::string, std::string>(
       {{{}, "fault left emcy 0x2310", "'left' (node 2): drive fault"},
        {{}, "heartbeat left off", "'left' (node 2): heartbeat lost"},
        {{}, "bus off", "lost"},
-       {odrive(), "fault left error 0x40", "'left' (node 2): drive fault"},
-       {odrive(), "heartbeat left off", "'left' (node 2): heartbeat lost"},
-       {odrive(), "bus off", "lost"}}));
+       {odrive("0.6"), "fault left error 0x40", "'left' (node 2): drive fault"},
+       {odrive("0.6"), "heartbeat left off", "'left' (node 2): heartbeat lost"},
+       {odrive("0.6"), "bus off", "lost"}}));
   CAPTURE(line, changes.size());
   const OwnInterface interface;
   Workbench bench(changes, interface.kName);

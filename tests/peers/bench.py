@@ -105,7 +105,7 @@ def finger(protocol="canopen", changes=()):
     ]
     if protocol == "odrive":
         patient += [
-            ("counts_per_turn: 65536, ", ""),
+            ("counts_per_turn: 65536, ", "reference: absolute, "),
             ("  master_node: 127\n", "  protocol: odrive\n"),
             ("  heartbeat: 50 ms\n", ""),
             ("0x1F0", "0x7F0"),  # which node 15 would own

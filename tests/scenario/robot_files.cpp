@@ -29,7 +29,7 @@ std::string odrive_yaml(const std::string& robot, const std::string& firmware) {
   std::string yaml(std::istreambuf_iterator<char>(file), {});
   using tendril::testing::replace_each;
   replace_each(yaml, "file: ", "", "file: " + kConfig.string() + "/");
-  replace_each(yaml, "counts_per_turn: ", ", ", "");
+  replace_each(yaml, "counts_per_turn: ", ", ", "reference: absolute, ");
   replace_each(yaml, "  heartbeat", "\n", "");
   replace_each(yaml, "  master_node: ", "\n", "  protocol: odrive\n  firmware: " + firmware + "\n");
   replace_each(yaml, "id: 0x1F", "", "id: 0x7F");  // far from what the axes' nodes own

@@ -73,7 +73,8 @@ class DbcTest(unittest.TestCase):
 
     def test_canmatrix_reads_the_floats_of_odrive_axes(self):
         text = (ROOT / "config/diamond.yaml").read_text()
-        text = text.replace("counts_per_turn: 65536, ", "").replace("  master_node: 127\n", "  protocol: odrive\n")
+        text = text.replace("counts_per_turn: 65536", "reference: absolute")
+        text = text.replace("  master_node: 127\n", "  protocol: odrive\n")
         text = text.replace("heartbeat: 50 ms", "heartbeat: 100 ms").replace("timeout: 150 ms", "timeout: 250 ms")
         text = text.replace("file: diamond.msh", f"file: {ROOT}/config/diamond.msh")
         with tempfile.NamedTemporaryFile("w", suffix=".yaml") as robot:
