@@ -12,7 +12,7 @@
 namespace tendril::app {
 namespace {
 
-constexpr Range kIdentifier = {.at_least = 0, .at_most = 0x7FF};
+constexpr int kLargestIdentifier = 0x7FF, kLargestExtended = 0x1FFF'FFFF;
 constexpr Range kFrameRate = {.above = 0, .at_most = 20e3};
 constexpr Range kTimeout = {.above = 0, .at_most = 3600};
 
@@ -97,6 +97,14 @@ void read_signal(Reader& r, SensorSignal& out, const Config& config) {
                                   : Dimension::kForce);
 }
 
+void read_identifier(const Value& v, bool extended, std::uint32_t& id) {
+  int number = 0;
+  v.read(number, Range{.at_least = 0, .at_most = kLargestExtended});
+  if (!extended && number > kLargestIdentifier)
+    v.fail("at most 0x7FF, or extended: true beside it where the identifier has 29 bits");
+  id = static_cast<std::uint32_t>(number);
+}
+
 /// Signals share no bit, and the frame is long enough for them.
 void check_frame(const Value& v, hal::SensorConfig& frame, bool length_is_given) {
   int needed = frame.age ? hal::bytes_needed(*frame.age) : 1;
@@ -148,11 +156,9 @@ void read_sensor(const Value& v, SensorConfig& sensor, const Config& config) {
   std::optional<int> length;
   v.read(sensor, [&](Reader& r, SensorConfig&) {
     r.need("name", frame.name, read_name);
-    r.need("id", frame.id, [](const Value& id, std::uint32_t& out) {
-      int number = 0;
-      id.read(number, kIdentifier);
-      out = static_cast<std::uint32_t>(number);
-    });
+    r.may("extended", frame.extended);
+    r.need("id", frame.id,
+           [&frame](const Value& id, std::uint32_t& out) { read_identifier(id, frame.extended, out); });
     r.may("length", length, Range{.at_least = 1, .at_most = 8});
     r.need("rate", frame.rate_hz, Dimension::kRate, kFrameRate);
     double timeout = 0.1;
@@ -192,11 +198,13 @@ void check_sensors(const Value& robot, const Config& config, const std::vector<i
     for (std::size_t j = 0; j < i; ++j)
       if (sensors[j].frame.name == frame.name)
         place.at("name").fail(fmt::format("a name of its own, sensors[{}] has this one", j));
-    const std::string owner = identifier_owner(config.bus.protocol, static_cast<int>(frame.id), nodes);
-    const std::string* user = claims.user(frame.id);
+    const std::string owner =  // drives have none of 29 bits
+        frame.extended ? "" : identifier_owner(config.bus.protocol, static_cast<int>(frame.id), nodes);
+    const std::uint32_t marked = hal::marked_id(frame.id, frame.extended);
+    const std::string* user = claims.user(marked);
     if (!owner.empty() || user)
       place.at("id").fail("an identifier that is free; this is " + (user ? "that of " + *user : owner));
-    claims.claim(frame.id, fmt::format("sensors[{}]", i));
+    claims.claim(marked, fmt::format("sensors[{}]", i));
   }
 }
 

@@ -67,7 +67,7 @@ void check(const MasterConfig& config) {
 std::vector<PeriodicFrames> periodic_frames(const MasterConfig& config) {
   auto frames = config.protocol == Protocol::kOdrive ? odrive_frames(config) : cia402_frames(config);
   for (const SensorConfig& sensor : config.sensors)
-    frames.push_back({.length = sensor.length, .rate_hz = sensor.rate_hz});
+    frames.push_back({.length = sensor.length, .rate_hz = sensor.rate_hz, .extended = sensor.extended});
   return frames;
 }
 

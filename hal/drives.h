@@ -86,7 +86,7 @@ class DriveMaster {
  public:
   virtual ~DriveMaster() = default;
 
-  /// The 11-bit identifiers of all frames that `receive` has a use for.
+  /// The identifiers, see marked_id, of all frames that `receive` has a use for.
   /// Real-time: no (allocates).
   virtual std::vector<uint32_t> identifiers() const = 0;
 

@@ -18,6 +18,15 @@ struct Frame {
   int64_t stamp_ns = 0;  // received ones: arrival at this node, CLOCK_MONOTONIC or a virtual bus's clock
 };
 
+/// Set in an identifier of 29 bits where it stands for both itself and its format, as in DBC files and in
+/// struct can_frame: 0x123 is not 0x80000123.
+inline constexpr uint32_t kExtendedMark = 0x8000'0000;
+
+/// An identifier that tells its format. Real-time: yes.
+constexpr uint32_t marked_id(uint32_t id, bool extended) noexcept {
+  return extended ? id | kExtendedMark : id;
+}
+
 /// True where both would look the same on the wire: bytes past `length` and stamps do not count.
 /// Real-time: yes.
 inline bool operator==(const Frame& a, const Frame& b) noexcept {

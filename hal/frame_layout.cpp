@@ -131,10 +131,10 @@ Signal legible(Signal signal) {
 }
 
 FrameLayout sensor_layout(const SensorConfig& sensor) {
-  char id[8];
+  char id[16];
   std::snprintf(id, sizeof id, "%X", sensor.id);
   const std::string name = "Sensor_" + (fits_a_name(sensor.name, kLongestSensorName) ? sensor.name : id);
-  FrameLayout layout{sensor.id, name, sensor.length, name, {}};
+  FrameLayout layout{marked_id(sensor.id, sensor.extended), name, sensor.length, name, {}};
   for (const Signal& signal : sensor.signals) layout.signals.push_back(legible(signal));
   if (sensor.age) layout.signals.push_back(legible(*sensor.age));
   return layout;

@@ -13,7 +13,7 @@ namespace tendril::hal {
 
 /// What a frame of one identifier carries.
 struct FrameLayout {
-  uint32_t id = 0;     // 11 bits
+  uint32_t id = 0;     // see marked_id
   std::string name;    // an identifier as in C, of at most 32 characters
   int length = 0;      // bytes of data
   std::string sender;  // a node's name, likewise

@@ -43,13 +43,14 @@ void check_common(const MasterConfig& config) {
 void IdentifierClaims::claim(uint32_t id, const std::string& user) {
   const auto [first, free] = users_.emplace(id, user);
   if (free) return;
-  char text[8];
-  std::snprintf(text, sizeof text, "0x%X", id);
+  char text[16];
+  std::snprintf(text, sizeof text, "0x%X", id & ~kExtendedMark);
   refuse_drives(first->second + " and " + user + " would both use identifier " + text);
 }
 
 void IdentifierClaims::claim(const std::vector<SensorConfig>& sensors) {
-  for (const SensorConfig& sensor : sensors) claim(sensor.id, "sensor '" + sensor.name + "'");
+  for (const SensorConfig& sensor : sensors)
+    claim(marked_id(sensor.id, sensor.extended), "sensor '" + sensor.name + "'");
 }
 
 const std::string* IdentifierClaims::user(uint32_t id) const {

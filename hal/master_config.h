@@ -117,6 +117,7 @@ std::string name_of(const MasterConfig& config, int axis);
 /// Real-time: no (allocates).
 class IdentifierClaims {
  public:
+  /// @param id    see marked_id
   /// @param user  for the message, "axis 'north' (node 3)"
   /// @throws std::invalid_argument where the identifier has another user
   void claim(uint32_t id, const std::string& user);

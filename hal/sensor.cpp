@@ -11,7 +11,8 @@ namespace {
 }
 
 void check_frame(const SensorConfig& sensor) {
-  if (sensor.id > 0x7FF) refuse(sensor, "the identifier must fit 11 bits");
+  if (sensor.id > (sensor.extended ? 0x1FFF'FFFFu : 0x7FFu))
+    refuse(sensor, sensor.extended ? "the identifier must fit 29 bits" : "the identifier must fit 11 bits");
   if (sensor.length < 1 || sensor.length > 8) refuse(sensor, "the length must be within 1..8 bytes");
   if (!(sensor.rate_hz > 0)) refuse(sensor, "the rate must be positive");
   if (sensor.timeout_ns <= 0) refuse(sensor, "the timeout must be positive");
@@ -50,7 +51,7 @@ void check(const std::vector<SensorConfig>& sensors) {
 
 std::optional<Frame> encode_sample(const SensorConfig& sensor, std::span<const double> values,
                                    int64_t age_ns) noexcept {
-  Frame frame{.id = sensor.id, .length = static_cast<uint8_t>(sensor.length)};
+  Frame frame{.id = sensor.id, .extended = sensor.extended, .length = static_cast<uint8_t>(sensor.length)};
   for (size_t k = 0; k < sensor.signals.size(); ++k)
     if (!encode(sensor.signals[k], values[k], frame)) return std::nullopt;
   if (sensor.age && !encode(*sensor.age, 1e-9 * static_cast<double>(age_ns), frame)) return std::nullopt;

@@ -18,7 +18,8 @@ inline constexpr int kMaxSensorSignals = 64;
 /// A device that tells what it measures, all in one frame that it sends again and again. Durations in ns.
 struct SensorConfig {
   std::string name;                  // for people
-  uint32_t id = 0;                   // 11 bits, of its frames
+  uint32_t id = 0;                   // of its frames: 11 bits, or 29 bits where `extended`
+  bool extended = false;             // identifier format
   int length = 8;                    // bytes of data
   double rate_hz = 100;              // of its frames, for the bus budget
   int64_t timeout_ns = 100'000'000;  // an older sample is not fresh

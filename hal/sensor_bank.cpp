@@ -12,15 +12,14 @@ constexpr double kOldest_s = 1e6;  // keeps what an age signal may tell within a
 
 std::vector<uint32_t> SensorBank::identifiers() const {
   std::vector<uint32_t> ids;
-  for (const SensorConfig& sensor : sensors_) ids.push_back(sensor.id);
+  for (const SensorConfig& sensor : sensors_) ids.push_back(marked_id(sensor.id, sensor.extended));
   return ids;
 }
 
 bool SensorBank::receive(const Frame& frame, int64_t arrival_ns) noexcept {
-  if (frame.extended) return false;
   size_t first_signal = 0;
   for (size_t s = 0; s < sensors_.size(); ++s) {
-    if (sensors_[s].id == frame.id) {
+    if (sensors_[s].id == frame.id && sensors_[s].extended == frame.extended) {
       take_in(s, first_signal, frame, arrival_ns);
       return true;
     }

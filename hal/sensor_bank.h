@@ -15,7 +15,7 @@ class SensorBank {
   SensorBank(const std::vector<SensorConfig>& sensors, int64_t start_timeout_ns)
       : sensors_(sensors), start_timeout_ns_(start_timeout_ns) {}
 
-  /// The identifiers of the sensors' frames. Real-time: no (allocates).
+  /// The identifiers of the sensors' frames, see marked_id. Real-time: no (allocates).
   std::vector<uint32_t> identifiers() const;
 
   /// Takes in a frame of a sensor. One that is too short, or in which a float is not finite, is no sample.

@@ -198,7 +198,11 @@ Descriptor open_socket(const std::string& interface) {
 void filter(const Descriptor& socket, const std::string& interface, std::span<const uint32_t> wanted) {
   if (wanted.empty()) return;
   std::vector<can_filter> filters;
-  for (const uint32_t id : wanted) filters.push_back({id, CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG});
+  static_assert(kExtendedMark == CAN_EFF_FLAG);
+  for (const uint32_t id : wanted) {
+    const canid_t bits = id & CAN_EFF_FLAG ? CAN_EFF_MASK : CAN_SFF_MASK;
+    filters.push_back({id, bits | CAN_EFF_FLAG | CAN_RTR_FLAG});
+  }
   const auto size = static_cast<socklen_t>(filters.size() * sizeof(can_filter));
   if (::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), size) != 0)
     refuse("cannot listen to " + std::to_string(wanted.size()) + " identifiers on '" + interface +

@@ -19,7 +19,7 @@ class Supervisor {
     measurement_.axes = static_cast<int>(config.axes.size());
   }
 
-  /// The identifiers that every master listens to. Real-time: no (allocates).
+  /// The identifiers that every master listens to, see marked_id. Real-time: no (allocates).
   std::vector<uint32_t> identifiers() const { return sensors_.identifiers(); }
 
   /// Takes in a frame of a sensor. @return whether it was one

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "app/robot.h"
+#include "hal/drive_protocol.h"
 #include "mistake.h"
 #include "robot_file.h"
 
@@ -59,7 +60,14 @@ TEST_CASE("Each mistake in a sensor is told with its place and what is expected"
   const std::string north = "{tension: north, ", tip = "{effector: tip, coordinate: x";
   check_mistakes(
       {
-          {"id: 0x1F1", "id: 0x800", nullptr, {"sensors[1].id: found '0x800'", "from 0 to 2047"}},
+          {"id: 0x1F1",
+           "id: 0x800",
+           nullptr,
+           {"sensors[1].id: found '0x800', expected at most 0x7FF, or extended: true beside it"}},
+          {"id: 0x1F1",
+           "id: 0x20000000\n    extended: true",
+           "id: 0x20000000",
+           {"sensors[1].id: found '0x20000000', expected a whole number from 0 to 536870911"}},
           {"    rate: 500 Hz\n", "", "- name: cells", {"missing key 'rate'"}},
           {"on_loss: stop",
            "on_loss: cry",
@@ -154,6 +162,23 @@ TEST_CASE("Sensors do not share names, quantities or identifiers, with each othe
       },
       sensing());
   CHECK(error_with("id: 0x1F1", "id: 0x1F2") == "no error");
+}
+
+TEST_CASE("Identifiers of 29 bits are others than those of 11 bits, and belong to no drive", "[unit]") {
+  for (const std::string id : {"0x1F0", "0x182", "0x18FF50E5"}) {
+    CAPTURE(id);
+    std::string yaml = sensing();
+    yaml.replace(yaml.find("id: 0x1F1"), 9, "id: " + id + "\n    extended: true");
+    const auto master = master_config(load_config(RobotFile(yaml).path()));
+    CHECK(master.sensors[1].extended);
+    CHECK_FALSE(master.sensors[0].extended);
+    CHECK_NOTHROW(tendril::hal::check(master));
+  }
+  CHECK_THAT(error_with("    id: 0x1F0", "    extended: true\n    id: 0x1F1"), Contains("no error"));
+  std::string twins = sensing();
+  twins.replace(twins.find("id: 0x1F0"), 9, "id: 0x1FFFFFF0\n    extended: true");
+  twins.replace(twins.find("id: 0x1F1"), 9, "id: 0x1FFFFFF0\n    extended: true");
+  CHECK_THAT(error_of(RobotFile(twins).path()), Contains("sensors[1].id") && Contains("that of sensors[0]"));
 }
 
 TEST_CASE("A robot has at most 32 sensors, and 64 signals", "[unit]") {

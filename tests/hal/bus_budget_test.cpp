@@ -45,6 +45,8 @@ TEST_CASE("The budget of a robot counts PDOs, SYNC, heartbeats and sensors", "[u
   config.sensors = {camera(0x1F0)};
   // 58.5 % as above, 5 heartbeats of 65 bits at 20 Hz, a camera of 135 bits at 100 Hz.
   CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.585 + 0.0065 + 0.0135).epsilon(1e-4));
+  config.sensors[0].extended = true;  // 160 bits
+  CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.585 + 0.0065 + 0.0160).epsilon(1e-4));
 }
 
 TEST_CASE("The budget of ODrive axes counts inputs, estimates, heartbeats and sensors", "[unit]") {

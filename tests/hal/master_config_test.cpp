@@ -26,6 +26,10 @@ TEST_CASE("A sound configuration passes and each unsound one says what is wrong"
   refused("displacement per turn", [](MasterConfig& c) { c.axes[0].scale.displacement_per_turn = -1; });
   refused("sensor 'camera' and axis 'cable 0'", [](MasterConfig& c) { c.sensors = {camera(0x181)}; });
   refused("'camera' and sensor 'camera'", [](MasterConfig& c) { c.sensors.assign(2, camera(0x1F0)); });
+  refused("'camera' would both use identifier 0x1F0", [](MasterConfig& c) {
+    c.sensors.assign(2, camera(0x1F0));
+    for (SensorConfig& sensor : c.sensors) sensor.extended = true;
+  });
   refused("'camera': the identifier must fit", [](MasterConfig& c) { c.sensors = {camera(0x800)}; });
   refused("heartbeat timeout", [](MasterConfig& c) { c.heartbeat_timeout_ns = c.heartbeat_ns; });
   refused("control period", [](MasterConfig& c) { c.period_ns = 0; });

@@ -128,6 +128,19 @@ TEST_CASE("What is no sample of a sensor changes nothing", "[unit]") {
   CHECK(readings.value[4] == 4);
 }
 
+TEST_CASE("A sensor is told from another by the format of its identifier too", "[unit]") {
+  SensorConfig plain = load_cells(), extended = load_cells();
+  extended.extended = true;
+  Listening listening({plain, extended});
+  CHECK(listening.bank.identifiers() == std::vector<uint32_t>{0x2A0, 0x8000'02A0});
+  CHECK(to_text(sample(extended, {3, 4})).starts_with("000002A0#"));
+  listening.bank.receive(sample(extended, {3, 4}), kStart_ns);
+  const SensorReadings& readings = listening.after(kMillisecond_ns);
+  CHECK(readings.stamp_ns[0] == 0);
+  CHECK(readings.stamp_ns[1] == kStart_ns);
+  CHECK(readings.value[3] == 4);
+}
+
 TEST_CASE("A required sensor has the time of a start to be heard, then its timeout from sample to sample",
           "[unit]") {
   SensorConfig cells = load_cells();
@@ -164,6 +177,7 @@ TEST_CASE("Each unsound description of a sensor is refused with its reason", "[u
   };
   using Sensors = std::vector<SensorConfig>;
   refused("'cells': the identifier", [](Sensors& s) { s[1].id = 0x800; });
+  refused("must fit 29 bits", [](Sensors& s) { s[1].id = 0x2000'0000, s[1].extended = true; });
   refused("1..8 bytes", [](Sensors& s) { s[1].length = 9; });
   refused("'south_tension' reaches beyond the frame's", [](Sensors& s) { s[1].length = 7; });
   refused("rate", [](Sensors& s) { s[0].rate_hz = 0; });

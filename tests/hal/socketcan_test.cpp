@@ -117,10 +117,11 @@ TEST_CASE("A frame from a real SocketCAN interface tells when the kernel got it,
 
 TEST_CASE("A bus opened for some identifiers hears these, and nothing else reaches its queue", "[vcan]") {
   if (skipped_without_vcan0()) return;
-  const std::vector<uint32_t> wanted = {0x181, 0x701};
+  const std::vector<uint32_t> wanted = {0x181, 0x701, kExtendedMark | 0x702};
   const auto bus = open_bus("vcan0", BusRole::kJoin, wanted);
   const pollfd readable{bus->descriptor(), POLLIN, 0};
-  for (const canid_t id : {0x182u, 0x181u | CAN_EFF_FLAG, 0x181u | CAN_RTR_FLAG, 0x7FFu}) {
+  for (const canid_t id : {0x182u, 0x181u | CAN_EFF_FLAG, 0x181u | CAN_RTR_FLAG, 0x702u,
+                           0x702u | CAN_EFF_FLAG | CAN_RTR_FLAG, 0x10000702u | CAN_EFF_FLAG, 0x7FFu}) {
     CAPTURE(id);
     can_frame foreign{};
     foreign.can_id = id;
@@ -131,9 +132,10 @@ TEST_CASE("A bus opened for some identifiers hears these, and nothing else reach
   Frame frame;
   const auto other = open_bus("vcan0", BusRole::kHost);
   for (const uint32_t id : wanted) {
-    REQUIRE(other->send({.id = id}) == SendResult::kSent);
+    const Frame sent{.id = id & ~kExtendedMark, .extended = (id & kExtendedMark) != 0};
+    REQUIRE(other->send(sent) == SendResult::kSent);
     REQUIRE(wait_for(*bus, frame));
-    CHECK(frame.id == id);
+    CHECK(frame == sent);
   }
   put_error("vcan0", CAN_ERR_BUSOFF, 0);  // of the controller it hears all the same
   read_error(*bus);

@@ -26,6 +26,13 @@ def printed_dbc(robot):
     return subprocess.run([DAEMON, "--dbc", robot], capture_output=True, text=True, check=True).stdout
 
 
+def dbc_of(robot):
+    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+        file.write(robot)
+        file.flush()
+        return printed_dbc(file.name)
+
+
 def load(text):
     return next(iter(canmatrix.formats.loads(text, import_type="dbc", dbcImportEncoding="utf8").values()))
 
@@ -33,7 +40,7 @@ def load(text):
 def decode(matrix, text):
     """What canmatrix reads of a frame in cansend's notation, by signal."""
     identifier, data = text.split("#")
-    frame = matrix.frame_by_id(canmatrix.ArbitrationId(int(identifier, 16), extended=False))
+    frame = matrix.frame_by_id(canmatrix.ArbitrationId(int(identifier, 16), extended=len(identifier) > 3))
     assert frame is not None and frame.size == len(data) // 2, f"{text} is not in the DBC"
     return {name: float(signal.phys_value) for name, signal in frame.decode(bytes.fromhex(data)).items()}
 
@@ -71,16 +78,18 @@ class DbcTest(unittest.TestCase):
         frame = matrix.frame_by_id(canmatrix.ArbitrationId(0x1F1, extended=False))
         self.assertEqual((frame.name, [signal.unit for signal in frame.signals]), ("Sensor_load_cells", ["N", "N"]))
 
+    def test_canmatrix_reads_a_sensor_whose_identifier_has_29_bits(self):
+        text = (ROOT / "config/finger.yaml").read_text().replace("id: 0x1F1", "id: 0x18FF50E5\n    extended: true")
+        matrix = load(dbc_of(text.replace("file: finger.msh", f"file: {ROOT}/config/finger.msh")))
+        self.check(matrix, "18FF50E5#E803F0D8", {"right_tension": 0.1, "left_tension": -1})
+
     def test_canmatrix_reads_the_floats_of_odrive_axes(self):
         text = (ROOT / "config/diamond.yaml").read_text()
         text = text.replace("counts_per_turn: 65536", "reference: absolute")
         text = text.replace("  master_node: 127\n", "  protocol: odrive\n")
         text = text.replace("heartbeat: 50 ms", "heartbeat: 100 ms").replace("timeout: 150 ms", "timeout: 250 ms")
         text = text.replace("file: diamond.msh", f"file: {ROOT}/config/diamond.msh")
-        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as robot:
-            robot.write(text)
-            robot.flush()
-            matrix = load(printed_dbc(robot.name))
+        matrix = load(dbc_of(text))
         turn = 2 * 3.141592653589793 * 10
         self.check(matrix, "029#0000003F000000C0", {"position": 0.5 * turn, "velocity": -2 * turn})
 
