@@ -84,7 +84,8 @@ inline constexpr int64_t kJoinWait_ns = 5'000'000'000;
 /// @param name     "local:PATH" for a bus on a UNIX socket, anything else is a CAN interface ("can0")
 /// @param role     who listens on a local bus; no difference on CAN
 /// @param wanted   identifiers, see marked_id, of the frames to receive: on CAN the kernel keeps all others
-///                 away from the caller, a local bus need not. Empty: all frames
+///                 away from the caller, a local bus need not. Empty: all frames,
+///                 remote ones included, which no list can name
 /// @param wait_ns  how long a joiner retries while nobody listens at PATH
 /// @throws BusError where it cannot be opened
 /// Real-time: no (allocates, may sleep).

@@ -14,8 +14,8 @@
 /// What open_bus chooses from. Private to hal.
 namespace tendril::hal {
 
-/// Opens a CAN interface that is up, for data frames of these identifiers, or of all. @throws BusError.
-/// Real-time: no.
+/// Opens a CAN interface that is up, for data frames of these identifiers, or for all frames. @throws
+/// BusError. Real-time: no.
 std::unique_ptr<Bus> open_socketcan(const std::string& interface, std::span<const uint32_t> wanted);
 
 /// Listens at a path of the file system. @throws BusError. Real-time: no.

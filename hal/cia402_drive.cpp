@@ -52,6 +52,7 @@ Cia402Drive::Cia402Drive(const DriveSpec& spec) noexcept
 
 void Cia402Drive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept {
   advance(now_ns, out);
+  if (frame.remote) return;  // nothing of it is sent on request: no node guarding, no polled PDO
   if (const auto request = decode_nmt(frame)) {
     if (request->node == 0 || request->node == node_) obey_nmt(request->command);
     return;

@@ -9,10 +9,11 @@
 
 namespace tendril::hal {
 
-/// One classic CAN data frame; remote and error frames never leave the bus that received them.
+/// One classic CAN frame, of data as a rule; error frames never leave the bus that received them.
 struct Frame {
   uint32_t id = 0;        // 11 bits, or 29 bits where `extended`
   bool extended = false;  // identifier format
+  bool remote = false;    // asks for a frame of that identifier, and has no data: its length is 0
   uint8_t length = 0;     // bytes of data, 0..8
   std::array<uint8_t, 8> data{};
   int64_t stamp_ns = 0;  // received ones: arrival at this node, CLOCK_MONOTONIC or a virtual bus's clock
@@ -30,16 +31,16 @@ constexpr uint32_t marked_id(uint32_t id, bool extended) noexcept {
 /// True where both would look the same on the wire: bytes past `length` and stamps do not count.
 /// Real-time: yes.
 inline bool operator==(const Frame& a, const Frame& b) noexcept {
-  return a.id == b.id && a.extended == b.extended && a.length == b.length &&
+  return a.id == b.id && a.extended == b.extended && a.remote == b.remote && a.length == b.length &&
          std::equal(a.data.begin(), a.data.begin() + std::min<int>(a.length, 8), b.data.begin());
 }
 
-/// The frame in the notation of cansend and `candump -l`: "202#0F0010270000".
+/// The frame in the notation of cansend and `candump -l`: "202#0F0010270000", or "049#R" for a remote one.
 /// Real-time: no (allocates).
 std::string to_text(const Frame& frame);
 
 /// Reads the notation of `to_text`: 3 hexadecimal digits of identifier, or 8 for an extended one, '#', up to
-/// 8 bytes.
+/// 8 bytes or R.
 /// @return nothing where the text is no such frame
 /// Real-time: yes.
 std::optional<Frame> parse_frame(std::string_view text) noexcept;

@@ -91,6 +91,18 @@ std::vector<Signal> odrive_heartbeat(OdriveFirmware firmware) {
   return signals;
 }
 
+/// What axes of firmware 0.6 alone tell. @param add  as in append_odrive
+void append_odrive_0_6(const auto& add, const std::string& node) {
+  add(OdriveMessage::kVersion, "_version", 8, node,
+      {number("protocol", 0, 8), number("hardware_major", 8, 8), number("hardware_minor", 16, 8),
+       number("hardware_variant", 24, 8), number("firmware_major", 32, 8), number("firmware_minor", 40, 8),
+       number("firmware_revision", 48, 8), number("firmware_unreleased", 56, 8)});
+  add(OdriveMessage::kError, "_error", 8, node,
+      {number("active_errors", 0, 32), number("disarm_reason", 32, 32)});
+  add(OdriveMessage::kTemperature, "_temperature", 8, node,
+      {real("power_stage", 0, "degC"), real("motor", 32, "degC")});
+}
+
 void append_odrive(std::vector<FrameLayout>& frames, const AxisConfig& axis, OdriveFirmware firmware,
                    const DisplacementUnit& unit) {
   const std::string node = node_name(axis);
@@ -99,6 +111,7 @@ void append_odrive(std::vector<FrameLayout>& frames, const AxisConfig& axis, Odr
                        std::vector<Signal> signals) {
     frames.push_back({odrive_id(axis.node, message), node + suffix, length, sender, std::move(signals)});
   };
+  if (firmware == OdriveFirmware::k0_6) append_odrive_0_6(add, node);
   add(OdriveMessage::kHeartbeat, "_heartbeat", 8, node, odrive_heartbeat(firmware));
   add(OdriveMessage::kEstop, "_estop", 0, kController, {});
   add(OdriveMessage::kSetAxisState, "_state", 4, kController, {number("requested_state", 0, 32)});
@@ -113,6 +126,9 @@ void append_odrive(std::vector<FrameLayout>& frames, const AxisConfig& axis, Odr
        scaled(number("torque", 48, 16, SignalType::kSigned), 0.001, "Nm")});
   add(OdriveMessage::kSetLimits, "_limits", 8, kController,
       {real("velocity_limit", 0, "rev/s"), real("current_limit", 32, "A")});
+  add(OdriveMessage::kIq, "_iq", 8, node, {real("set_point", 0, "A"), real("measured", 32, "A")});
+  add(OdriveMessage::kBusVoltageCurrent, "_supply", 8, node,
+      {real("voltage", 0, "V"), real("current", 32, "A")});
   add(OdriveMessage::kClearErrors, "_clear_errors", 0, kController, {});
 }
 

@@ -42,7 +42,7 @@ Moved write_packet(int fd, const Packet& packet, int count) noexcept {
   return errno == EAGAIN || errno == ENOBUFS || errno == EINTR ? Moved::kNotNow : Moved::kGone;
 }
 
-/// A packet of another size, or one with anything but data frames, is from no peer of ours.
+/// A packet of another size, or one with an error frame, is from no peer of ours.
 Moved read_packet(int fd, Packet& packet, int& count) noexcept {
   const ssize_t size = ::recv(fd, &packet, sizeof packet, MSG_DONTWAIT | MSG_TRUNC);
   if (size < 0) return errno == EAGAIN || errno == EINTR ? Moved::kNotNow : Moved::kGone;
@@ -51,7 +51,7 @@ Moved read_packet(int fd, Packet& packet, int& count) noexcept {
   if (n < 1 || n > kFramesPerPacket || static_cast<ssize_t>(Packet::size_of(static_cast<int>(n))) != size)
     return Moved::kGone;
   for (ssize_t i = 0; i < n; ++i)
-    if (packet.frames[i].can_id & (CAN_ERR_FLAG | CAN_RTR_FLAG)) return Moved::kGone;
+    if (packet.frames[i].can_id & CAN_ERR_FLAG) return Moved::kGone;
   count = static_cast<int>(n);
   return Moved::kYes;
 }

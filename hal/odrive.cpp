@@ -76,6 +76,13 @@ float get_float(const Frame& frame, int at) noexcept {
   return std::bit_cast<float>(get<uint32_t>(frame.data, at));
 }
 
+Frame pair_of(int node, OdriveMessage message, float first, float second) noexcept {
+  Frame frame = frame_of(node, message, 8);
+  put_float(frame, 0, first);
+  put_float(frame, 4, second);
+  return frame;
+}
+
 int16_t feed_forward(float value) noexcept {
   const float steps = std::round(value / kFeedForwardStep);
   return static_cast<int16_t>(std::isfinite(steps) ? std::clamp(steps, -32767.0f, 32767.0f) : 0.0f);
@@ -87,14 +94,19 @@ std::optional<OdriveMessage> odrive_message(const Frame& frame, int node) noexce
   if (frame.extended || frame.id >> 5 != static_cast<uint32_t>(node)) return std::nullopt;
   const auto message = static_cast<OdriveMessage>(frame.id & kMessageMask);
   switch (message) {
+    case OdriveMessage::kVersion:
     case OdriveMessage::kHeartbeat:
     case OdriveMessage::kEstop:
+    case OdriveMessage::kError:
     case OdriveMessage::kSetAxisState:
     case OdriveMessage::kEncoderEstimates:
     case OdriveMessage::kSetControllerMode:
     case OdriveMessage::kSetInputPosition:
     case OdriveMessage::kSetInputTorque:
     case OdriveMessage::kSetLimits:
+    case OdriveMessage::kIq:
+    case OdriveMessage::kTemperature:
+    case OdriveMessage::kBusVoltageCurrent:
     case OdriveMessage::kClearErrors:
       return message;
   }
@@ -132,10 +144,7 @@ std::optional<OdriveHeartbeat> decode_odrive_heartbeat(const Frame& frame, int n
 }
 
 Frame encode_odrive_estimates(int node, const OdriveEstimates& estimates) noexcept {
-  Frame frame = frame_of(node, OdriveMessage::kEncoderEstimates, 8);
-  put_float(frame, 0, estimates.position);
-  put_float(frame, 4, estimates.velocity);
-  return frame;
+  return pair_of(node, OdriveMessage::kEncoderEstimates, estimates.position, estimates.velocity);
 }
 
 std::optional<OdriveEstimates> decode_odrive_estimates(const Frame& frame, int node) noexcept {
@@ -168,6 +177,33 @@ std::optional<float> decode_odrive_torque(const Frame& frame, int node) noexcept
   return get_float(frame, 0);
 }
 
+Frame encode_odrive_version(int node, const OdriveVersion& version) noexcept {
+  Frame frame = frame_of(node, OdriveMessage::kVersion, 8);
+  frame.data[0] = version.protocol;
+  std::copy(version.hardware.begin(), version.hardware.end(), frame.data.begin() + 1);
+  std::copy(version.firmware.begin(), version.firmware.end(), frame.data.begin() + 4);
+  return frame;
+}
+
+Frame encode_odrive_error(int node, uint32_t active, uint32_t disarm_reason) noexcept {
+  Frame frame = frame_of(node, OdriveMessage::kError, 8);
+  put(frame.data, 0, active);
+  put(frame.data, 4, disarm_reason);
+  return frame;
+}
+
+Frame encode_odrive_iq(int node, float set_point, float measured) noexcept {
+  return pair_of(node, OdriveMessage::kIq, set_point, measured);
+}
+
+Frame encode_odrive_temperature(int node, float power_stage, float motor) noexcept {
+  return pair_of(node, OdriveMessage::kTemperature, power_stage, motor);
+}
+
+Frame encode_odrive_supply(int node, float voltage, float current) noexcept {
+  return pair_of(node, OdriveMessage::kBusVoltageCurrent, voltage, current);
+}
+
 Frame encode_odrive_state(int node, uint32_t state) noexcept {
   Frame frame = frame_of(node, OdriveMessage::kSetAxisState, 4);
   put(frame.data, 0, state);
@@ -192,10 +228,7 @@ std::optional<OdriveMode> decode_odrive_mode(const Frame& frame, int node) noexc
 }
 
 Frame encode_odrive_limits(int node, const OdriveLimits& limits) noexcept {
-  Frame frame = frame_of(node, OdriveMessage::kSetLimits, 8);
-  put_float(frame, 0, limits.velocity);
-  put_float(frame, 4, limits.current);
-  return frame;
+  return pair_of(node, OdriveMessage::kSetLimits, limits.velocity, limits.current);
 }
 
 std::optional<OdriveLimits> decode_odrive_limits(const Frame& frame, int node) noexcept {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -16,16 +17,23 @@ namespace tendril::hal {
 /// Firmware families. They differ in the heartbeat's last bytes and in what the error bits mean.
 enum class OdriveFirmware : uint8_t { k0_5, k0_6 };
 
-/// Numbers of the messages that are spoken here: the low five bits of the identifier.
+/// Numbers of the messages that are spoken here: the low five bits of the identifier. An axis answers a
+/// remote frame, or one without data, with what it has to tell; heartbeats and encoder estimates come unasked
+/// as well, each in a period of its own.
 enum class OdriveMessage : uint8_t {
+  kVersion = 0x00,  // told by firmware 0.6 alone
   kHeartbeat = 0x01,
   kEstop = 0x02,
+  kError = 0x03,  // likewise; in 0.5 it is the motor's errors
   kSetAxisState = 0x07,
   kEncoderEstimates = 0x09,
   kSetControllerMode = 0x0B,
   kSetInputPosition = 0x0C,
   kSetInputTorque = 0x0E,
   kSetLimits = 0x0F,
+  kIq = 0x14,
+  kTemperature = 0x15,  // likewise; in 0.5 it is estimates without an encoder
+  kBusVoltageCurrent = 0x17,
   kClearErrors = 0x18
 };
 
@@ -91,8 +99,8 @@ struct OdriveEstimates {
 /// The frame of encoder estimates. Real-time: yes.
 Frame encode_odrive_estimates(int node, const OdriveEstimates& estimates) noexcept;
 
-/// Reads encoder estimates. @return nothing where the frame is none of `node`; an empty one asks for them and
-/// carries none. Real-time: yes.
+/// Reads encoder estimates. @return nothing where the frame is none of `node`, or asks for them. Real-time:
+/// yes.
 std::optional<OdriveEstimates> decode_odrive_estimates(const Frame& frame, int node) noexcept;
 
 /// Where an axis shall be.
@@ -114,6 +122,29 @@ Frame encode_odrive_torque(int node, float torque) noexcept;
 
 /// Reads an input torque, Nm. @return nothing where the frame is none for `node`. Real-time: yes.
 std::optional<float> decode_odrive_torque(const Frame& frame, int node) noexcept;
+
+/// What an axis is made of.
+struct OdriveVersion {
+  uint8_t protocol = 2;
+  std::array<uint8_t, 3> hardware{};            // major, minor, variant
+  std::array<uint8_t, 4> firmware{0, 6, 0, 0};  // major, minor, revision, 1 where it was never released
+};
+
+/// The frame of a version. Real-time: yes.
+Frame encode_odrive_version(int node, const OdriveVersion& version) noexcept;
+
+/// The frame of error bits. @param active  those of now. @param disarm_reason  those that last took the axis
+/// out of closed-loop control, until they are cleared. Real-time: yes.
+Frame encode_odrive_error(int node, uint32_t active, uint32_t disarm_reason) noexcept;
+
+/// The frame of torque-producing currents, set-point and measured, A. Real-time: yes.
+Frame encode_odrive_iq(int node, float set_point, float measured) noexcept;
+
+/// The frame of the temperatures of power stage and motor, °C. Real-time: yes.
+Frame encode_odrive_temperature(int node, float power_stage, float motor) noexcept;
+
+/// The frame of what the axis draws from its supply, V and A. Real-time: yes.
+Frame encode_odrive_supply(int node, float voltage, float current) noexcept;
 
 /// The order to go into a state. Real-time: yes.
 Frame encode_odrive_state(int node, uint32_t state) noexcept;

@@ -1,8 +1,15 @@
 #include "hal/odrive_drive.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace tendril::hal {
+namespace {
+
+constexpr float kRoom_C = 25, kHot_C = 121;  // a power stage gives up above 120 °C, as delivered
+
+}  // namespace
 
 OdriveDrive::OdriveDrive(const OdriveSpec& spec) noexcept
     : spec_(spec), servo_(spec.top_speed, spec.tuning, spec.position), tells_position_(!spec.late_estimator) {
@@ -18,16 +25,20 @@ void OdriveDrive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) n
 
 void OdriveDrive::obey(OdriveMessage message, const Frame& frame, FrameBatch& out) noexcept {
   switch (message) {
+    case OdriveMessage::kVersion:
     case OdriveMessage::kHeartbeat:
+    case OdriveMessage::kError:
+    case OdriveMessage::kEncoderEstimates:
+    case OdriveMessage::kIq:
+    case OdriveMessage::kTemperature:
+    case OdriveMessage::kBusVoltageCurrent:
+      if (frame.length == 0) tell(message, out);
       break;
     case OdriveMessage::kEstop:
       inject_fault(odrive_estop_error(spec_.firmware));
       break;
     case OdriveMessage::kSetAxisState:
       if (const auto state = decode_odrive_state(frame, spec_.node)) request_state(*state);
-      break;
-    case OdriveMessage::kEncoderEstimates:
-      if (frame.length == 0) out.push(estimates());
       break;
     case OdriveMessage::kSetControllerMode:
       if (const auto mode = decode_odrive_mode(frame, spec_.node)) mode_ = *mode;
@@ -44,8 +55,41 @@ void OdriveDrive::obey(OdriveMessage message, const Frame& frame, FrameBatch& ou
       if (const auto limits = decode_odrive_limits(frame, spec_.node)) servo_.limit_speed(limits->velocity);
       break;
     case OdriveMessage::kClearErrors:
-      error_ = 0;
+      error_ = disarm_reason_ = 0;
       component_errors_ = 0;
+      break;
+  }
+}
+
+/// Answers a question, unless it is one that the firmware does not know.
+void OdriveDrive::tell(OdriveMessage message, FrameBatch& out) const noexcept {
+  const bool recent = spec_.firmware == OdriveFirmware::k0_6;
+  const auto turning = static_cast<float>(torque() / spec_.torque_constant);
+  const double power = 2 * std::numbers::pi * torque() * servo_.velocity();
+  switch (message) {
+    case OdriveMessage::kEncoderEstimates:
+      out.push(estimates());
+      break;
+    case OdriveMessage::kIq:
+      out.push(encode_odrive_iq(spec_.node, turning, turning));
+      break;
+    case OdriveMessage::kBusVoltageCurrent:
+      out.push(encode_odrive_supply(spec_.node, static_cast<float>(spec_.supply_voltage),
+                                    static_cast<float>(power / spec_.supply_voltage)));
+      break;
+    case OdriveMessage::kVersion:
+      if (recent) out.push(encode_odrive_version(spec_.node, {}));
+      break;
+    case OdriveMessage::kHeartbeat:
+      if (recent) out.push(heartbeat());
+      break;
+    case OdriveMessage::kError:
+      if (recent) out.push(encode_odrive_error(spec_.node, error_, disarm_reason_));
+      break;
+    case OdriveMessage::kTemperature:
+      if (recent) out.push(encode_odrive_temperature(spec_.node, too_hot() ? kHot_C : kRoom_C, kRoom_C));
+      break;
+    default:
       break;
   }
 }
@@ -65,7 +109,26 @@ void OdriveDrive::request_state(uint32_t state) noexcept {
     tells_position_ = true;
     state_ = kOdriveClosedLoop;
     result_ = kOdriveSuccess;
+    disarm_reason_ = 0;
   }
+}
+
+Frame OdriveDrive::heartbeat() const noexcept {
+  return encode_odrive_heartbeat(spec_.node, spec_.firmware,
+                                 {.axis_error = error_,
+                                  .state = state_,
+                                  .component_errors = component_errors_,
+                                  .procedure_result = result_});
+}
+
+/// What the motor exerts against its load, Nm.
+double OdriveDrive::torque() const noexcept {
+  return state_ == kOdriveClosedLoop ? std::clamp(load_, -1.0, 1.0) * spec_.torque_limit : 0;
+}
+
+void OdriveDrive::set_load(double load) noexcept {
+  load_ = load;
+  servo_.set_load(load);
 }
 
 Frame OdriveDrive::estimates() const noexcept {
@@ -95,11 +158,7 @@ void OdriveDrive::advance(int64_t now_ns, FrameBatch& out) noexcept {
     next_estimates_ns_ = now_ns + spec_.encoder_period_ns;
   }
   if (now_ns >= next_heartbeat_ns_) {
-    out.push(encode_odrive_heartbeat(spec_.node, spec_.firmware,
-                                     {.axis_error = error_,
-                                      .state = state_,
-                                      .component_errors = component_errors_,
-                                      .procedure_result = result_}));
+    out.push(heartbeat());
     next_heartbeat_ns_ = now_ns + spec_.heartbeat_ns;
   }
 }
@@ -133,13 +192,20 @@ void OdriveDrive::overheat() noexcept {
                                                       : kOdriveInverterOverTemperature_0_6);
 }
 
+bool OdriveDrive::too_hot() const noexcept {
+  return spec_.firmware == OdriveFirmware::k0_6 && (error_ & kOdriveInverterOverTemperature_0_6) != 0;
+}
+
 void OdriveDrive::unplug_motor() noexcept {
   if (spec_.firmware == OdriveFirmware::k0_5) component_errors_ |= 1;
   disarm();
 }
 
 void OdriveDrive::disarm() noexcept {
-  if (state_ == kOdriveClosedLoop) result_ = kOdriveDisarmed;
+  if (state_ == kOdriveClosedLoop) {
+    result_ = kOdriveDisarmed;
+    disarm_reason_ = error_;
+  }
   state_ = kOdriveIdle;
 }
 

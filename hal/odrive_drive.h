@@ -18,9 +18,11 @@ struct OdriveSpec {
   double top_speed = 100;  // rev/s, > 0
   double position = 0;     // where it stands at power-on, rev
   ServoTuning tuning{.position_gain = kOdrivePositionGain};
-  double torque_limit = 1;    // Nm, > 0: Servo's force limit
-  int encoder_counts = 8192;  // in a turn, > 0: positions are told in steps of one
-  bool calibrated = true;     // false: it refuses closed-loop control, as without a reference
+  double torque_limit = 1;              // Nm, > 0: Servo's force limit
+  double torque_constant = 8.27 / 270;  // Nm/A: of a motor of 270 rpm/V [the maker's motor guide]
+  double supply_voltage = 24;           // V
+  int encoder_counts = 8192;            // in a turn, > 0: positions are told in steps of one
+  bool calibrated = true;               // false: it refuses closed-loop control, as without a reference
   /// As firmware 0.5 of commit 073da34: tells 0 for its position until its first closed-loop control, and
   /// begins that with its true position for an input.
   bool late_estimator = false;
@@ -34,9 +36,11 @@ struct OdriveSpec {
 /// It moves as Servo does, with the velocity of the input fed forward; in torque control it pushes with the
 /// input torque. Outside closed-loop control the position stays where it is.
 /// Spoken are the messages of OdriveMessage; other states than idle and closed-loop control, and other modes,
-/// are refused or do not move it. Remote frames never leave a bus (see Frame), so encoder estimates are asked
-/// for by an empty frame, which both firmware families take as well. The watchdog runs in every state, as in
-/// firmware 0.5. [Axis::watchdog_check, Controller::update of firmware 0.5]
+/// are refused or do not move it. What it tells, a remote frame or one without data asks for; to any other
+/// message a remote frame is one without data, which orders an emergency stop or clears errors as well. It
+/// draws the current that its load takes, and the power that its motion does: losses and inertia are left
+/// out. The watchdog runs in every state. [CANSimple::do_command, Axis::watchdog_check, Controller::update of
+/// firmware 0.5]
 class OdriveDrive {
  public:
   /// Powers the axis on. Real-time: yes.
@@ -73,7 +77,7 @@ class OdriveDrive {
   void set_jammed(bool jammed) noexcept { servo_.set_jammed(jammed); }
 
   /// As Servo. Real-time: yes.
-  void set_load(double load) noexcept { servo_.set_load(load); }
+  void set_load(double load) noexcept;
 
   /// Unplugs the motor: the axis disarms with axis error 0, as firmware 0.5 does (ODrive issue 700).
   /// Real-time: yes.
@@ -81,9 +85,13 @@ class OdriveDrive {
 
  private:
   void obey(OdriveMessage message, const Frame& frame, FrameBatch& out) noexcept;
+  void tell(OdriveMessage message, FrameBatch& out) const noexcept;
   void request_state(uint32_t state) noexcept;
   void refuse(uint8_t result) noexcept;
   Frame estimates() const noexcept;
+  Frame heartbeat() const noexcept;
+  double torque() const noexcept;
+  bool too_hot() const noexcept;
   double told_position() const noexcept;
   void disarm() noexcept;
   void move(int64_t now_ns) noexcept;
@@ -91,10 +99,12 @@ class OdriveDrive {
   OdriveSpec spec_;
   uint8_t state_ = kOdriveIdle;
   uint32_t error_ = 0;
+  uint32_t disarm_reason_ = 0;  // of error_, those that ended closed-loop control
   uint8_t component_errors_ = 0, result_ = kOdriveSuccess;
-  OdriveMode mode_{0, 0};  // as if never set up: it must be told
+  OdriveMode mode_;  // as delivered
   OdriveInput input_;
   float input_torque_ = 0;  // Nm
+  double load_ = 0;         // in torque limits
   Servo servo_;             // in rev
   bool tells_position_;
 

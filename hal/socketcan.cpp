@@ -140,10 +140,10 @@ class SocketCan final : public Bus {
     return to_ns(stamp);
   }
 
-  /// @return whether it is a data frame
+  /// @return whether it is a frame that somebody has sent
   bool take_in(const can_frame& wire) noexcept {
     if (wire.can_id & CAN_ERR_FLAG) judge(wire);
-    return !(wire.can_id & (CAN_ERR_FLAG | CAN_RTR_FLAG));
+    return !(wire.can_id & CAN_ERR_FLAG);
   }
 
   /// What an error frame says of the controller [linux/can/error.h].

@@ -102,6 +102,13 @@ TEST_CASE("Targets take effect at SYNC and the answer tells state and position",
   CHECK(bench.say("080#") == Texts{"182#3712F4010000"});  // enabled, follows the command
 }
 
+TEST_CASE("A CiA 402 drive answers no remote frame, not one with the identifier of SYNC either", "[unit]") {
+  Bench bench;
+  bench.set_up();
+  for (const char* text : {"080#R", "182#R", "202#R", "602#R", "702#R"}) CHECK(bench.say(text).empty());
+  CHECK(bench.say("080#").size() == 1);
+}
+
 TEST_CASE("A drive interpolates between targets over its period and not faster than it can", "[unit]") {
   Bench bench({.node = 2, .top_speed = 60'000, .position_counts = 500});
   bench.set_up();

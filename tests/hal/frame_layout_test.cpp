@@ -131,6 +131,15 @@ TEST_CASE("The table of frames reads what the ODrive codecs write", "[unit]") {
     CHECK(layouts.value(heartbeat, "trajectory_done") == 1);
     if (firmware == OdriveFirmware::k0_6) {
       CHECK(layouts.value(heartbeat, "procedure_result") == 3);
+      const Frame version = encode_odrive_version(1, {2, {4, 3, 58}, {0, 6, 9, 1}});
+      const double told[] = {2, 4, 3, 58, 0, 6, 9, 1};
+      const char* names[] = {"protocol",       "hardware_major", "hardware_minor",    "hardware_variant",
+                             "firmware_major", "firmware_minor", "firmware_revision", "firmware_unreleased"};
+      for (int i = 0; i < 8; ++i) CHECK(layouts.value(version, names[i]) == told[i]);
+      CHECK(layouts.value(encode_odrive_error(1, 0x100, 0x200), "active_errors") == 0x100);
+      CHECK(layouts.value(encode_odrive_error(1, 0x100, 0x200), "disarm_reason") == 0x200);
+      CHECK(layouts.value(encode_odrive_temperature(1, 40, 50), "power_stage") == 40);
+      CHECK(layouts.value(encode_odrive_temperature(1, 40, 50), "motor") == 50);
     } else {
       CHECK(layouts.value(heartbeat, "motor_error") == 1);
       CHECK(layouts.value(heartbeat, "encoder_error") == 0);
@@ -148,6 +157,10 @@ TEST_CASE("The table of frames reads what the ODrive codecs write", "[unit]") {
     CHECK(layouts.value(encode_odrive_mode(1, {3, 1}), "input_mode") == 1);
     CHECK(layouts.value(encode_odrive_limits(1, {20, 15}), "velocity_limit") == 20);
     CHECK(layouts.value(encode_odrive_limits(1, {20, 15}), "current_limit") == 15);
+    CHECK(layouts.value(encode_odrive_iq(1, 3, 2), "set_point") == 3);
+    CHECK(layouts.value(encode_odrive_iq(1, 3, 2), "measured") == 2);
+    CHECK(layouts.value(encode_odrive_supply(1, 24, -1.5f), "voltage") == 24);
+    CHECK(layouts.value(encode_odrive_supply(1, 24, -1.5f), "current") == -1.5);
     CHECK(layouts.find(encode_odrive_clear_errors(1))->length == 0);
   }
 }

@@ -134,6 +134,15 @@ TEST_CASE("What speaks another language on a local bus is cut off, and the other
   CHECK(host->receive(frame));
 }
 
+TEST_CASE("A remote frame on a local bus is one", "[unit]") {
+  const SocketPath at;
+  const auto host = open_bus(at.name(), BusRole::kHost), joiner = open_bus(at.name(), BusRole::kJoin);
+  REQUIRE(joiner->send(*parse_frame("049#R")) == SendResult::kSent);
+  Frame frame;
+  REQUIRE(wait_for(*host, frame));
+  CHECK(to_text(frame) == "049#R");
+}
+
 TEST_CASE("Everyone on a local bus hears everyone else", "[unit]") {
   const SocketPath at;
   const auto host = open_bus(at.name(), BusRole::kHost);

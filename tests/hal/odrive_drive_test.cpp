@@ -2,8 +2,12 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "hal/signal.h"
 
 using namespace tendril::hal;
 
@@ -68,11 +72,80 @@ TEST_CASE("An axis tells its position every 10 ms and that it lives every 100 ms
   CHECK(fast.count("049#", 1'000 * kMillisecond_ns) == 500);
 }
 
-TEST_CASE("An empty frame asks for the position", "[unit]") {
-  Bench bench({.position = 1.5});
-  CHECK(bench.say(*parse_frame("049#")) == std::vector<std::string>{"049#0000C03F00000000"});
-  CHECK(bench.say(*parse_frame("069#")).empty());                  // another node
+TEST_CASE("A remote frame, or an empty one, asks for the position", "[unit]") {
+  Bench bench({.firmware = GENERATE(OdriveFirmware::k0_5, OdriveFirmware::k0_6), .position = 1.5});
+  for (const char* question : {"049#R", "049#"})
+    CHECK(bench.say(*parse_frame(question)) == std::vector<std::string>{"049#0000C03F00000000"});
+  CHECK(bench.say(*parse_frame("069#R")).empty());                 // another node
+  CHECK(bench.say(*parse_frame("00000049#R")).empty());            // 29 bits
   CHECK(bench.say(*parse_frame("049#0000000000000000")).empty());  // nobody's question
+}
+
+TEST_CASE("An axis is delivered in position control with the input passed through", "[unit]") {
+  Bench bench;
+  bench.say(encode_odrive_state(2, kOdriveClosedLoop));
+  bench.say(encode_odrive_input(2, {.position = 1}));
+  bench.advance(2'000 * kMillisecond_ns);
+  CHECK(bench.drive.position() == Approx(1));
+}
+
+TEST_CASE("An axis of firmware 0.6 tells its version, its errors and what ended its control", "[unit]") {
+  Bench bench;
+  const auto answer = [&](const char* question) {
+    const auto answers = bench.say(*parse_frame(question));
+    return answers.size() == 1 ? answers[0] : "";
+  };
+  CHECK(answer("040#R") == "040#0200000000060000");
+  CHECK(answer("041#R") == "041#0000000001000000");
+  CHECK(answer("043#R") == "043#0000000000000000");
+  bench.drive.inject_fault(0x100);  // while idle: it ends nothing
+  CHECK(answer("043#R") == "043#0001000000000000");
+  bench.say(encode_odrive_clear_errors(2));
+  bench.close();
+  bench.drive.overheat();
+  CHECK(answer("043#R") == "043#0040000000400000");
+  CHECK(answer("055#R") == "055#0000F2420000C841");  // 121 and 25 °C
+  bench.drive.inject_fault(0x100);
+  CHECK(answer("043#R") == "043#0041000000400000");
+  bench.say(encode_odrive_clear_errors(2));
+  CHECK(answer("043#R") == "043#0000000000000000");
+  CHECK(answer("055#R") == "055#0000C8410000C841");
+}
+
+TEST_CASE("What firmware 0.5 has other messages for is not answered in it", "[unit]") {
+  Bench bench({.firmware = OdriveFirmware::k0_5});
+  for (const char* question : {"040#R", "041#R", "043#R", "055#R"})
+    CHECK(bench.say(*parse_frame(question)).empty());
+}
+
+TEST_CASE("An axis draws the current that holds its load and the power that moves it", "[unit]") {
+  Bench bench({.firmware = GENERATE(OdriveFirmware::k0_5, OdriveFirmware::k0_6),
+               .top_speed = 10,
+               .torque_limit = 2,
+               .torque_constant = 0.05,
+               .supply_voltage = 48});
+  const auto told = [&](const char* question) {
+    const auto answers = bench.say(*parse_frame(question));
+    REQUIRE(answers.size() == 1);
+    const auto value = [&](int start) {
+      return *decode({.name = "", .start = start, .length = 32, .type = SignalType::kFloat},
+                     *parse_frame(answers[0]));
+    };
+    return std::pair(value(0), value(32));
+  };
+  bench.drive.set_load(0.25);
+  CHECK(told("054#R") == std::pair(0.0, 0.0));
+  CHECK(told("057#R") == std::pair(48.0, 0.0));
+  bench.close();
+  CHECK(told("054#R") == std::pair(10.0, 10.0));
+  for (int k = 1; k <= 200; ++k) {
+    bench.say(encode_odrive_input(2, {.position = 3e-3f * static_cast<float>(k), .velocity = 3}));
+    bench.advance(kMillisecond_ns);
+  }
+  CHECK(told("057#R").second == Approx(2 * std::numbers::pi * 3 * 0.5 / 48).epsilon(0.01));
+  bench.drive.set_load(-0.25);
+  CHECK(told("054#R").second == Approx(-10));
+  CHECK(told("057#R").second < 0);  // the load drives it
 }
 
 TEST_CASE("An axis in closed-loop control follows its input with the speed that it has", "[unit]") {

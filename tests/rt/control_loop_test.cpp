@@ -33,8 +33,8 @@ class ObedientDrives final : public hal::DriveMaster {
     return measurement_;
   }
   void command(const hal::Command& command, std::int64_t, hal::FrameBatch& out) noexcept override {
-    out.push({0x201, false, 6, {}});
-    out.push({0x080, false, 0, {}});
+    out.push({.id = 0x201, .length = 6});
+    out.push({.id = 0x080});
     measurement_.all_enabled = command.enable;
     measurement_.all_disabled = measurement_.finished = !command.enable;
     if (command.enable) measurement_.position = command.position;
@@ -92,8 +92,8 @@ TEST_CASE("A cycle reads what has arrived, writes its frames in order, feeds bac
   const auto rig = std::make_unique<Loop>();
   std::int64_t now_ns = 1000 * kMillisecond;
   rig->medium.set_time(now_ns);
-  rig->peer.send({0x181, false, 6, {}});
-  rig->peer.send({0x181, false, 6, {}});
+  rig->peer.send({.id = 0x181, .length = 6});
+  rig->peer.send({.id = 0x181, .length = 6});
   for (int k = 0; k < 20; ++k) {
     now_ns += kMillisecond;
     rig->publish(now_ns, 0.005);
@@ -108,7 +108,7 @@ TEST_CASE("A cycle reads what has arrived, writes its frames in order, feeds bac
   CHECK(frame.id == 0x080);
 
   rig->medium.set_time(now_ns);
-  rig->peer.send({0x701, false, 1, {}});
+  rig->peer.send({.id = 0x701, .length = 1});
   const TraceRecord& record = rig->loop.cycle(now_ns + kMillisecond, now_ns + kMillisecond, 0);
   CHECK(record.bus_bits == 65 + 115 + 55);  // the heartbeat, a frame with 6 bytes, SYNC
   CHECK(record.phase == Phase::kRunning);
