@@ -3,6 +3,7 @@
 What may come late is waited for with great patience and never slept for: no test depends on how fast the machine is.
 """
 
+import contextlib
 import os
 import re
 import signal
@@ -16,6 +17,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 INTERFACE = "vcan0"
 PATIENCE_S = 240
+STRANGER = "7EE"  # an identifier that nobody in a DBC of ours has
+# What cangen says for itself: data frames of a stranger, remote frames of any identifier, extended ones.
+FLOOD = (("-I", STRANGER, "-L", 8), ("-R",), ("-e",))
 
 
 def skip(why):
@@ -135,6 +139,21 @@ class Bench:
         if self.plant:
             self.plant.__exit__()
         self._folder.cleanup()
+
+    @contextlib.contextmanager
+    def flood(self, gap_ms=1):
+        """Lets others talk meanwhile, each of them every gap_ms. Use with `with`."""
+        with contextlib.ExitStack() as stack:
+            cangens = [
+                stack.enter_context(
+                    Program(["cangen", INTERFACE, "-g", gap_ms, "-i", *kind], self.folder / f"cangen{i}.log")
+                )
+                for i, kind in enumerate(FLOOD)
+            ]
+            yield
+            for cangen in cangens:
+                if cangen.process.poll() is not None:
+                    raise AssertionError(f"cangen ended: {cangen.said()}")
 
     def start_plant(self):
         self.plant = Program([Program.PLANT, self.robot, "--bus", INTERFACE], self.folder / "plant.log")

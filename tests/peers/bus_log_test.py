@@ -18,7 +18,6 @@ DRIVES = ("right", "left")
 RATE_HZ = 100
 STROKE_MM = (-3, 6)
 TOP_SPEED_MM_S = 30
-STRANGER = "7EE"  # an identifier that nobody in the DBC has
 TRACE_MM = 1e-4  # the resolution of trace.csv
 COUNT_MM = 2 * 3.141592653589793 * 5 / 65536
 
@@ -36,7 +35,7 @@ class Run:
     def is_foreign(self, identifier, data):
         kind = "remote" if data.startswith("R") else "extended" if len(identifier) > 3 else identifier
         self.foreign[kind] += 1
-        return kind in ("remote", "extended", STRANGER)
+        return kind in ("remote", "extended", bench.STRANGER)
 
     def of(self, name):
         return [entry for entry in self.entries if entry.name == name]
@@ -48,15 +47,13 @@ class Run:
         return [1e3 * float(row[column]) for row in self.rows]
 
 
-def run_with_plant(protocol, flood=()):
-    """A run of daemon and simulated robot. flood: arguments for a cangen each, which then talks all the time"""
+def run_with_plant(protocol, flooded=False):
+    """A run of daemon and simulated robot. flooded: while others talk"""
     with contextlib.ExitStack() as stack:
         robot = stack.enter_context(bench.Bench(bench.finger(protocol)))
         log = stack.enter_context(bus_log.BusLog(robot.folder))
-        cangens = [
-            stack.enter_context(bench.Program(["cangen", bench.INTERFACE, *words], robot.folder / f"cangen{i}.log"))
-            for i, words in enumerate(flood)
-        ]
+        if flooded:
+            stack.enter_context(robot.flood())
         robot.start_plant()
         with robot.start_daemon("--duration", "1") as daemon:
             code = daemon.exit_code()
@@ -66,9 +63,7 @@ def run_with_plant(protocol, flood=()):
         if code != 0 and robot.share_of_steps_missed() > 50:
             bench.skip(f"the machine is too slow to simulate the finger: {said}")
         assert code == 0, said
-        for cangen in cangens:
-            assert cangen.process.poll() is None, cangen.said()
-        return Run(robot, log, flooded=bool(flood))
+        return Run(robot, log, flooded)
 
 
 class BusTest(unittest.TestCase):
@@ -170,11 +165,10 @@ class FloodTest(Cia402BusTest):
 
     @classmethod
     def setUpClass(cls):
-        kinds = (("-I", STRANGER, "-L", 8), ("-R",), ("-e",))
-        cls.run_ = run_with_plant("canopen", [("-g", 1, "-i", *kind) for kind in kinds])
+        cls.run_ = run_with_plant("canopen", flooded=True)
 
     def test_all_kinds_of_foreign_frames_were_there(self):
-        for kind in ("remote", "extended", STRANGER):
+        for kind in ("remote", "extended", bench.STRANGER):
             self.assertGreater(self.run_.foreign[kind], len(self.run_.of("SYNC")), kind)
         self.assertLess(self.run_.summary["bus_load"], 0.2)  # which counts our frames only
 

@@ -51,7 +51,7 @@ class Master:
                     del self.frames[i]
                     return data
             message = self.bus.recv(0.1)
-            if message is not None:
+            if message is not None and not message.is_remote_frame:  # those are others' questions
                 self.frames.append((message.arbitration_id, bytes(message.data)))
         last = [f"{identifier:03X}#{data.hex()}" for identifier, data in self.frames[-5:]]
         raise AssertionError(f"no frame {base + self.node:03X} came that fits; the last of others: {last}")

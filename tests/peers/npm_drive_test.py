@@ -10,6 +10,7 @@ from bus_log_test import COUNT_MM, BusTest, Run
 from npm_peer import NpmProgram, data_sheet
 
 NODES = {1: "right", 2: "left"}
+FLOOD_GAP_MS = 10
 
 
 class NpmDrives(NpmProgram):
@@ -32,14 +33,15 @@ class NpmDrives(NpmProgram):
 
 
 class NpmDriveTest(BusTest):
-    def test_the_daemon_enables_moves_and_releases_them(self):
+    def test_the_daemon_enables_moves_and_releases_them_while_others_talk(self):
         with contextlib.ExitStack() as stack:
             robot = stack.enter_context(bench.Bench(bench.finger()))
             log = stack.enter_context(bus_log.BusLog(robot.folder))
+            stack.enter_context(robot.flood(FLOOD_GAP_MS))
             drives = stack.enter_context(NpmDrives(robot.folder))
             with robot.start_daemon("--duration", "1") as daemon:
                 self.assertEqual(daemon.exit_code(), 0, daemon.said())
-            run = Run(robot, log)
+            run = Run(robot, log, flooded=True)
             states = {node: drives.states(node) for node in NODES}
         self.check_summary(run)
         up = ["switch on disabled", "ready to switch on", "switched on", "operation enabled"]

@@ -17,6 +17,9 @@ except ImportError:
 MODULES = bench.ROOT / "build/peers/node_modules"
 if not (MODULES / "canopen").exists() or not shutil.which("node"):
     bench.skip(f"the npm package canopen is not in {MODULES.parent}; tools/setup --tests installs it")
+# What such a program hears, by identifier and mask: NMT, SYNC, our heartbeat, RPDO 1, SDO. The kernel keeps all else
+# away, as the filters of a node would.
+HEARD = ((0x000, 0x7FF), (0x080, 0x7FF), (0x77F, 0x7FF), (0x200, 0x780), (0x580, 0x780), (0x600, 0x780))
 
 
 def data_sheet(node):
@@ -32,7 +35,8 @@ class NpmProgram(bench.Program):
 
     def __init__(self, script, arguments, log):
         inward, outward = os.pipe()
-        self._bus = can.Bus(interface="socketcan", channel=bench.INTERFACE)
+        filters = [{"can_id": identifier, "can_mask": mask, "extended": False} for identifier, mask in HEARD]
+        self._bus = can.Bus(interface="socketcan", channel=bench.INTERFACE, can_filters=filters)
         self._quit = threading.Event()
         words = ["node", bench.ROOT / "tests/peers" / script, *arguments]
         super().__init__(words, log, stdout=outward, env={**os.environ, "NODE_PATH": str(MODULES)})
@@ -63,6 +67,6 @@ class NpmProgram(bench.Program):
     def _from_bus(self):
         while not self._quit.is_set():
             message = self._bus.recv(0.1)
-            if message is not None and not message.is_extended_id:
+            if message is not None and not message.is_remote_frame:
                 with contextlib.suppress(BrokenPipeError):  # it has just ended
                     self.write_line(f"{message.arbitration_id:X}#{message.data.hex()}")
