@@ -22,6 +22,7 @@ constexpr Range kNotNegative = {.at_least = 0};
 constexpr Range kLoopRate = {.above = 0, .at_most = kFastestRate};
 constexpr Range kCpu = {.at_least = -1, .at_most = 1023};
 constexpr Range kHeartbeat = {.at_least = 1e-3, .at_most = 65.535};  // u16 in ms, CiA 301 objects 1016, 1017
+constexpr Range kSdoTimeout = {.at_least = 1e-3, .at_most = 60};
 constexpr Range kEncoderPeriod = {.at_least = 1e-3, .at_most = 1};
 constexpr std::size_t kLongestInterface = 15;    // IFNAMSIZ less the final 0
 constexpr std::size_t kLongestSocketPath = 107;  // sun_path likewise
@@ -71,6 +72,8 @@ void read_bus(Reader& r, BusConfig& bus) {
     bus.heartbeat_timeout = 0.25;
   }
   r.may("master_node", bus.master_node, only_with(hal::Protocol::kCanopen, bus.protocol, kCanopenNode));
+  r.may("sdo_timeout", bus.sdo_timeout,
+        only_with(hal::Protocol::kCanopen, bus.protocol, Dimension::kTime, kSdoTimeout));
   r.may("firmware", bus.firmware,
         only_with(hal::Protocol::kOdrive, bus.protocol,
                   Words<hal::OdriveFirmware>{{"0.5", hal::OdriveFirmware::k0_5},

@@ -166,6 +166,7 @@ struct BusConfig {
   double heartbeat = 0.05;          // s between heartbeats; with CANopen both ways
   double heartbeat_timeout = 0.15;  // s
   double feedback_timeout = 0.05;   // s without positions
+  double sdo_timeout = 0.1;         // s of each of the attempts to reach a CANopen drive over SDO
   int line = 0;
 };
 

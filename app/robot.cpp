@@ -219,6 +219,7 @@ hal::MasterConfig master_config(const Config& config) {
   result.period_ns = nanoseconds(1 / config.control.rate_hz);
   result.protocol = config.bus.protocol;
   result.canopen.master_node = config.bus.master_node;
+  result.canopen.sdo_timeout_ns = nanoseconds(config.bus.sdo_timeout);
   result.odrive.firmware = config.bus.firmware;
   result.odrive.encoder_period_ns = nanoseconds(config.bus.encoder_period);
   result.heartbeat_ns = nanoseconds(config.bus.heartbeat);

@@ -107,6 +107,8 @@ def finger(protocol="canopen", changes=()):
         ("late_cycles_limit: 20", "late_cycles_limit: 20000"),
         ("heartbeat_timeout: 150 ms", "heartbeat_timeout: 30 s\n  feedback_timeout: 30 s"),
     ]
+    if protocol == "canopen":
+        patient += [("  master_node: 127\n", "  master_node: 127\n  sdo_timeout: 30 s\n")]
     if protocol == "odrive":
         patient += [
             ("counts_per_turn: 65536, ", "reference: absolute, "),
