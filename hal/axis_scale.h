@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
 namespace tendril::hal {
 
-/// How the displacement of an axis' actuator becomes a position of its drive. Displacements are in m (cable
-/// wound up, travel of a rod) or m³ (fluid pumped); the protocol does not care which.
+/// How the displacement of an axis' actuator becomes a position of its drive, and its effort a torque.
+/// Displacements are in m (cable wound up, travel of a rod) or m³ (fluid pumped), efforts in N or Pa; the
+/// protocol does not care which.
 struct AxisScale {
   double counts_per_turn = 0;  // encoder counts in one turn of the drive, > 0; 1 where positions are in turns
   double displacement_per_turn =
@@ -36,6 +38,13 @@ struct AxisScale {
 
   /// Displacement at that count, which may have a fraction. Real-time: yes.
   double to_displacement(double counts) const noexcept { return offset + counts * displacement_per_count(); }
+
+  /// Torque in the same place that stands for an effort, Nm, positive towards higher counts: the power is the
+  /// same, effort · d(displacement) = torque · d(angle), whatever the efficiency. Real-time: yes.
+  double to_torque(double effort) const noexcept {
+    const double magnitude = effort * displacement_per_turn / (2 * std::numbers::pi);
+    return reversed ? -magnitude : magnitude;
+  }
 };
 
 }  // namespace tendril::hal

@@ -20,15 +20,21 @@ Order order_of(uint16_t controlword) noexcept {
   return controlword & 0x08 ? Order::kEnable : Order::kSwitchOn;
 }
 
-Frame pack_pdo(uint32_t cob_id, uint16_t word, int32_t position) noexcept {
-  Frame frame{.id = cob_id, .length = 6};
+/// @tparam Value  of the second object
+template <class Value>
+constexpr uint8_t kPdoLength = sizeof(uint16_t) + sizeof(Value);
+
+template <class Value>
+Frame pack_pdo(uint32_t cob_id, uint16_t word, Value value) noexcept {
+  Frame frame{.id = cob_id, .length = kPdoLength<Value>};
   put(frame.data, 0, word);
-  put(frame.data, 2, position);
+  put(frame.data, 2, value);
   return frame;
 }
 
+template <class Value>
 bool is_pdo(uint32_t cob_id, const Frame& frame) noexcept {
-  return frame.id == cob_id && !frame.extended && frame.length == 6;
+  return frame.id == cob_id && !frame.extended && frame.length == kPdoLength<Value>;
 }
 
 int64_t power_of_ten(int exponent) noexcept {
@@ -173,8 +179,17 @@ Frame encode_drive_command(uint32_t cob_id, const DriveCommand& command) noexcep
 }
 
 std::optional<DriveCommand> decode_drive_command(uint32_t cob_id, const Frame& frame) noexcept {
-  if (!is_pdo(cob_id, frame)) return std::nullopt;
+  if (!is_pdo<int32_t>(cob_id, frame)) return std::nullopt;
   return DriveCommand{get<uint16_t>(frame.data, 0), get<int32_t>(frame.data, 2)};
+}
+
+Frame encode_torque_command(uint32_t cob_id, const TorqueCommand& command) noexcept {
+  return pack_pdo(cob_id, command.controlword, command.torque);
+}
+
+std::optional<TorqueCommand> decode_torque_command(uint32_t cob_id, const Frame& frame) noexcept {
+  if (!is_pdo<int16_t>(cob_id, frame)) return std::nullopt;
+  return TorqueCommand{get<uint16_t>(frame.data, 0), get<int16_t>(frame.data, 2)};
 }
 
 Frame encode_drive_feedback(uint32_t cob_id, const DriveFeedback& feedback) noexcept {
@@ -182,7 +197,7 @@ Frame encode_drive_feedback(uint32_t cob_id, const DriveFeedback& feedback) noex
 }
 
 std::optional<DriveFeedback> decode_drive_feedback(uint32_t cob_id, const Frame& frame) noexcept {
-  if (!is_pdo(cob_id, frame)) return std::nullopt;
+  if (!is_pdo<int32_t>(cob_id, frame)) return std::nullopt;
   return DriveFeedback{get<uint16_t>(frame.data, 0), get<int32_t>(frame.data, 2)};
 }
 

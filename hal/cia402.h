@@ -53,6 +53,12 @@ inline constexpr uint16_t kStartHoming = 0x10;  // homing mode; its rising edge 
 // Modes of operation, the values of objects 6060 and 6061.
 inline constexpr int8_t kModeHoming = 6;
 inline constexpr int8_t kModeCyclicPosition = 8;
+inline constexpr int8_t kModeCyclicTorque = 10;
+
+// Objects of PDOs as they are mapped: index, subindex and bits.
+inline constexpr uint32_t kMapControlword = 0x6040'0010, kMapStatusword = 0x6041'0010,
+                          kMapActualPosition = 0x6064'0020, kMapTargetPosition = 0x607A'0020,
+                          kMapTargetTorque = 0x6071'0010;
 
 /// Homing methods that take the present position for the reference, without any motion (object 6098).
 constexpr bool homes_in_place(int method) noexcept { return method == 35 || method == 37; }
@@ -70,10 +76,16 @@ DriveState transition(DriveState state, uint16_t controlword, uint16_t previous)
 /// Real-time: yes.
 uint16_t next_controlword(DriveState state, DriveState goal) noexcept;
 
-/// RPDO 1 as this program maps it: controlword and target position, 6 bytes.
+/// RPDO 1 as this program maps it for positions: controlword and target position, 6 bytes.
 struct DriveCommand {
   uint16_t controlword = 0;  // 6040
   int32_t target = 0;        // 607A, counts
+};
+
+/// RPDO 1 as this program maps it for torques: controlword and target torque, 4 bytes.
+struct TorqueCommand {
+  uint16_t controlword = 0;  // 6040
+  int16_t torque = 0;        // 6071, thousandths of the rated torque
 };
 
 /// TPDO 1 as this program maps it: statusword and actual position, 6 bytes.
@@ -87,6 +99,10 @@ Frame encode_drive_command(uint32_t cob_id, const DriveCommand& command) noexcep
 
 /// Unpacks RPDO 1. @return nothing where the frame has another identifier or length. Real-time: yes.
 std::optional<DriveCommand> decode_drive_command(uint32_t cob_id, const Frame& frame) noexcept;
+
+/// The same of the RPDO for torques. Real-time: yes.
+Frame encode_torque_command(uint32_t cob_id, const TorqueCommand& command) noexcept;
+std::optional<TorqueCommand> decode_torque_command(uint32_t cob_id, const Frame& frame) noexcept;
 
 /// Packs TPDO 1. @param cob_id  its 11-bit identifier. Real-time: yes.
 Frame encode_drive_feedback(uint32_t cob_id, const DriveFeedback& feedback) noexcept;

@@ -35,6 +35,9 @@ Cia402Axis::Cia402Axis(const AxisConfig& axis, const MasterConfig& config)
       rpdo_id_(rpdo_cob_id(axis)),
       tpdo_id_(tpdo_cob_id(axis)),
       scale_(axis.scale),
+      follows_effort_(axis.set_point == SetPoint::kEffort),
+      rated_torque_(axis.canopen.rated_torque),
+      range_(axis),
       setup_steps_(setup_steps(axis, config)),
       homing_steps_(homing_steps(axis)),
       following_steps_(following_steps(axis)),
@@ -103,6 +106,8 @@ void Cia402Axis::on_feedback(const DriveFeedback& feedback, int64_t arrival_ns) 
     fail(FaultKind::kDriveFault, emergency_);
   else if (phase_ == Phase::kOn && state_ != DriveState::kEnabled)
     fail(FaultKind::kDriveDisabled, statusword_);
+  else if (enabled() && range_.left_at(position()))
+    fail(FaultKind::kOutOfRange, static_cast<uint32_t>(range_.beyond(position())));
   else if (phase_ == Phase::kEnabling && state_ == DriveState::kEnabled)
     phase_ = Phase::kOn;
   if (homing_since_ns_ != 0) judge_homing(arrival_ns);
@@ -219,7 +224,7 @@ void Cia402Axis::ask_error_code(int64_t now_ns, FrameBatch& out) noexcept {
   if (status == SdoSequence::Status::kDone && fault_.code == 0) fault_.code = sdo_.found() & 0xFFFF;
 }
 
-void Cia402Axis::drive(Task task, bool may_begin, bool all_enabled, double displacement, int64_t now_ns,
+void Cia402Axis::drive(Task task, bool may_begin, bool all_enabled, const AxisTarget& target, int64_t now_ns,
                        FrameBatch& out) noexcept {
   if (stage_ != Stage::kRunning || position_stamp_ns_ == 0) return;
   const bool sound = fault_.kind == FaultKind::kNone;
@@ -241,10 +246,24 @@ void Cia402Axis::drive(Task task, bool may_begin, bool all_enabled, double displ
     controlword_ = sound ? next_controlword(state_, DriveState::kSwitchOnDisabled) : kDisableVoltage;
   if ((controlword_ & kStartHoming) && homing_since_ns_ == 0) homing_since_ns_ = now_ns;
 
+  out.push(command_frame(all_enabled, target));
+}
+
+/// A torque is there before the power is, so that nothing sags at enabling; a position is not, 607A follows
+/// 6064 until then, so that nothing jumps.
+Frame Cia402Axis::command_frame(bool all_enabled, const AxisTarget& target) noexcept {
+  if (follows_effort_) {
+    const double thousandths = std::round(1e3 * scale_.to_torque(target.effort) / rated_torque_);
+    if (task_ != Task::kFollow)
+      torque_ = 0;
+    else if (std::isfinite(thousandths))
+      torque_ = static_cast<int16_t>(std::clamp(thousandths, double{-INT16_MAX}, double{INT16_MAX}));
+    return encode_torque_command(rpdo_id_, {controlword_, torque_});
+  }
   following_ = enabled() && (following_ || all_enabled);
-  if (following_ && std::isfinite(displacement)) target_ = scale_.to_counts(displacement);
-  if (state_ != DriveState::kEnabled) target_ = position_;  // 607A := 6064, so that enabling is no jump
-  out.push(encode_drive_command(rpdo_id_, {controlword_, target_}));
+  if (following_ && std::isfinite(target.position)) target_ = scale_.to_counts(target.position);
+  if (state_ != DriveState::kEnabled) target_ = position_;
+  return encode_drive_command(rpdo_id_, {controlword_, target_});
 }
 
 /// The mode is chosen while the drive has no power: where homing has moved the zero, 607A follows 6064 until
@@ -253,6 +272,7 @@ void Cia402Axis::begin(int64_t now_ns) noexcept {
   phase_ = Phase::kPreparing;
   enabling_since_ns_ = now_ns;
   clearing_fault_ = state_ == DriveState::kFault;
+  range_.begin(position());
   if (soft_limits_) set_soft_limits(following_steps_, widened(*soft_limits_, position_));
   sdo_.start(task_ == Task::kHome ? homing_steps_ : following_steps_);
 }

@@ -10,6 +10,7 @@
 #include "hal/drives.h"
 #include "hal/frame_batch.h"
 #include "hal/master_config.h"
+#include "hal/range_watch.h"
 #include "hal/sdo_sequence.h"
 
 namespace tendril::hal {
@@ -47,8 +48,7 @@ class Cia402Axis {
   /// Appends the RPDO of this cycle, if the drive runs.
   /// @param may_begin    whether a drive at rest may begin to be enabled now
   /// @param all_enabled  whether every drive is, so that targets are followed
-  /// @param displacement  target, m or m³
-  void drive(Task task, bool may_begin, bool all_enabled, double displacement, int64_t now_ns,
+  void drive(Task task, bool may_begin, bool all_enabled, const AxisTarget& target, int64_t now_ns,
              FrameBatch& out) noexcept;
 
   /// Starts afresh from the communication reset, whatever the axis did.
@@ -117,6 +117,7 @@ class Cia402Axis {
   void ask_error_code(int64_t now_ns, FrameBatch& out) noexcept;
   void begin(int64_t now_ns) noexcept;
   uint16_t enabling_word(int64_t now_ns) noexcept;
+  Frame command_frame(bool all_enabled, const AxisTarget& target) noexcept;
   void fail(FaultKind kind, uint32_t code) noexcept;
   void fail_setup() noexcept;
   void fail_sdo(FaultKind kind, uint32_t code, ObjectAddress object, uint32_t expected) noexcept;
@@ -125,6 +126,9 @@ class Cia402Axis {
   int node_;
   uint32_t rpdo_id_, tpdo_id_;
   AxisScale scale_;
+  bool follows_effort_;
+  double rated_torque_;  // Nm
+  RangeWatch range_;
   std::vector<SdoStep> setup_steps_, homing_steps_, following_steps_, release_steps_;
   std::optional<SoftLimits> soft_limits_;
   Reference reference_;
@@ -154,6 +158,7 @@ class Cia402Axis {
   DriveState state_ = DriveState::kUnknown;
   uint16_t statusword_ = 0, controlword_ = 0;
   int32_t position_ = 0, target_ = 0;  // counts
+  int16_t torque_ = 0;                 // thousandths of the rated one
   int64_t position_stamp_ns_ = 0;      // 0: position unknown
   uint16_t emergency_ = 0;             // last error code
   bool asks_error_code_ = false;       // of a fault for which no EMCY has come

@@ -32,7 +32,8 @@ constexpr uint8_t error_register(uint16_t emergency) noexcept {
 
 /// Whether a mode or homing method is one that this drive has; values of other entries all are.
 bool is_spoken(Slot slot, int8_t value) noexcept {
-  if (slot == DriveObjects::kMode) return value == 0 || value == kModeHoming || value == kModeCyclicPosition;
+  if (slot == DriveObjects::kMode)
+    return value == 0 || value == kModeHoming || value == kModeCyclicPosition || value == kModeCyclicTorque;
   if (slot != DriveObjects::kHomingMethod) return true;
   return value == 0 || value == kToNegativeSwitch || value == kToPositiveSwitch || homes_in_place(value);
 }
@@ -42,12 +43,20 @@ bool is_spoken(Slot slot, int8_t value) noexcept {
 Cia402Drive::Cia402Drive(const DriveSpec& spec) noexcept
     : node_(spec.node),
       error_window_(spec.error_window),
-      objects_(spec.node, spec.pdo, spec.rpdo_id, spec.tpdo_id),
+      rated_torque_mNm_(spec.rated_torque_mNm),
+      torque_limit_(spec.torque_limit),
+      objects_(spec.node, spec.pdo, spec.rpdo_id, spec.tpdo_id, spec.rpdo_target),
       zero_(spec.incremental ? spec.position_counts : 0),
       servo_(spec.top_speed, spec.tuning, spec.position_counts),
       referenced_(!spec.incremental),
       referenced_mask_(static_cast<uint16_t>(spec.referenced_bit < 0 ? 0 : 1u << spec.referenced_bit)) {
+  restore_settings();
+}
+
+/// What the drive was set up for before power-on.
+void Cia402Drive::restore_settings() noexcept {
   objects_.set(DriveObjects::kErrorWindow, error_window_);
+  objects_.set(DriveObjects::kRatedTorque, rated_torque_mNm_);
 }
 
 void Cia402Drive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept {
@@ -135,7 +144,7 @@ void Cia402Drive::obey_nmt(NmtCommand command) noexcept {
 /// As at power-on, but for where it stands and what it knows of that.
 void Cia402Drive::reset() noexcept {
   objects_.restore_all();
-  objects_.set(DriveObjects::kErrorWindow, error_window_);
+  restore_settings();
   state_ = DriveState::kNotReady;
   controlword_ = 0;
   homing_ = Homing::kNone;
@@ -287,6 +296,7 @@ void Cia402Drive::tell_changes(FrameBatch& out) noexcept {
 void Cia402Drive::measure() noexcept {
   objects_.set(DriveObjects::kStatusword, statusword());
   objects_.set(DriveObjects::kActualPosition, static_cast<uint32_t>(actual_counts()));
+  objects_.set(DriveObjects::kActualTorque, static_cast<uint32_t>(actual_torque()));
 }
 
 void Cia402Drive::apply_controlword(uint16_t word, FrameBatch& out) noexcept {
@@ -304,6 +314,10 @@ void Cia402Drive::apply_controlword(uint16_t word, FrameBatch& out) noexcept {
 }
 
 void Cia402Drive::latch_target() noexcept {
+  if (pushes()) {
+    servo_.unlock();
+    servo_.push(objects_.signed_value(DriveObjects::kTargetTorque) / (1e3 * torque_limit_));
+  }
   if (!interpolates()) return;
   double target = objects_.signed_value(DriveObjects::kTargetPosition);
   const int32_t min = objects_.signed_value(DriveObjects::kLimitMin);
@@ -318,7 +332,7 @@ void Cia402Drive::latch_target() noexcept {
 
 void Cia402Drive::move(int64_t now_ns) noexcept {
   now_ns_ = now_ns;
-  if (!interpolates() && !searches()) servo_.lock();
+  if (!interpolates() && !pushes() && !searches()) servo_.lock();
   servo_.advance(now_ns);
 }
 
@@ -417,6 +431,11 @@ bool Cia402Drive::interpolates() const noexcept {
          objects_.signed_value(DriveObjects::kModeDisplay) == kModeCyclicPosition;
 }
 
+bool Cia402Drive::pushes() const noexcept {
+  return state_ == DriveState::kEnabled && !halted() &&
+         objects_.signed_value(DriveObjects::kModeDisplay) == kModeCyclicTorque;
+}
+
 bool Cia402Drive::homes() const noexcept {
   return state_ == DriveState::kEnabled && objects_.signed_value(DriveObjects::kModeDisplay) == kModeHoming;
 }
@@ -427,7 +446,7 @@ bool Cia402Drive::searches() const noexcept {
 
 uint16_t Cia402Drive::statusword() const noexcept {
   uint16_t word = encode_statusword(state_) | kVoltageEnabled | kRemote;
-  if (interpolates()) word |= kFollowsCommand;
+  if (interpolates() || pushes()) word |= kFollowsCommand;
   if (interpolates() && limited_) word |= kInternalLimit;
   if (strayed_) word |= kFollowingError;
   if (homes() && !searches()) word |= kTargetReached;
@@ -440,6 +459,11 @@ uint16_t Cia402Drive::statusword() const noexcept {
 int32_t Cia402Drive::actual_counts() const noexcept {
   return static_cast<int32_t>(
       std::clamp(std::round(position() - zero_), double{INT32_MIN}, double{INT32_MAX}));
+}
+
+int16_t Cia402Drive::actual_torque() const noexcept {
+  return static_cast<int16_t>(
+      std::clamp(std::round(1e3 * torque_limit_ * servo_.force()), double{INT16_MIN}, double{INT16_MAX}));
 }
 
 }  // namespace tendril::hal

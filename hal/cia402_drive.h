@@ -22,11 +22,14 @@ struct DriveSpec {
   bool incremental = false;    // its encoder counts from power-on until it has been homed
   int referenced_bit = -1;  // of the statusword, 0..15, that tells whether it has a reference; -1: none does
   ServoTuning tuning{};
-  uint32_t error_window = 0xFFFF'FFFF;  // 6065 at power-on, counts; 0xFFFFFFFF: not watched
+  uint32_t error_window = 0xFFFF'FFFF;        // 6065 at power-on, counts; 0xFFFFFFFF: not watched
+  uint32_t rpdo_target = kMapTargetPosition;  // the target in an RPDO that is mapped at power-on
+  uint32_t rated_torque_mNm = 1000;           // 6076
+  double torque_limit = 2;                    // > 0, in rated torques: Servo's force limit
 };
 
-/// One simulated servo drive: a CANopen slave with the CiA 402 profile, in cyclic synchronous position mode
-/// and in homing mode.
+/// One simulated servo drive: a CANopen slave with the CiA 402 profile, in cyclic synchronous position mode,
+/// cyclic synchronous torque mode and homing mode.
 ///
 /// Homing methods: 17 and 18, the limit switch at the negative and at the positive end, and 35 and 37, the
 /// present position. Whichever the switch, it closes beyond DriveSpec's zero, and is found again from there.
@@ -34,9 +37,10 @@ struct DriveSpec {
 /// It does what the master set up over SDO and nothing by assumption: PDO mapping and transmission types,
 /// heartbeats both ways, interpolation period, following-error window, soft limits. Its axis moves as Servo
 /// does: the target positions are interpolated over the interpolation period, their rate is fed forward, and
-/// without "operation enabled" the position stays where it is. Positions are told in whole counts. A quick
-/// stop, and bit 8 of the controlword, halt, make it stand at once, with its power on. Not spoken: segmented
-/// writes, block SDO, more than one pair of PDOs, remote requests, SYNC counters, node guarding.
+/// without "operation enabled" the position stays where it is; with target torques it pushes, and knows no
+/// soft limits. Positions are told in whole counts. A quick stop, and bit 8 of the controlword, halt, make it
+/// stand at once, with its power on. Not spoken: segmented writes, block SDO, more than one pair of PDOs,
+/// remote requests, SYNC counters, node guarding.
 class Cia402Drive {
  public:
   /// Powers the drive on; its boot-up message comes with the first `advance`. Real-time: yes.
@@ -94,6 +98,7 @@ class Cia402Drive {
   void tell_changes(FrameBatch& out) noexcept;
   void measure() noexcept;
   void apply_controlword(uint16_t word, FrameBatch& out) noexcept;
+  void restore_settings() noexcept;
   void latch_target() noexcept;
   void move(int64_t now_ns) noexcept;
   void start_homing() noexcept;
@@ -106,13 +111,17 @@ class Cia402Drive {
   void watch_master(int64_t now_ns, FrameBatch& out) noexcept;
   bool halted() const noexcept { return (controlword_ & kHalt) != 0; }
   bool interpolates() const noexcept;
+  bool pushes() const noexcept;
   bool homes() const noexcept;
   bool searches() const noexcept;
   uint16_t statusword() const noexcept;
   int32_t actual_counts() const noexcept;
+  int16_t actual_torque() const noexcept;
 
   int node_;
   uint32_t error_window_;  // counts, at power-on
+  uint32_t rated_torque_mNm_;
+  double torque_limit_;  // in rated torques
   DriveObjects objects_;
   NmtState nmt_ = NmtState::kBootUp;
   DriveState state_ = DriveState::kNotReady;

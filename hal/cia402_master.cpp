@@ -68,7 +68,7 @@ void Cia402Master::command(const Command& command, int64_t now_ns, FrameBatch& o
   const auto task = command.enable ? Cia402Axis::Task::kFollow : Cia402Axis::Task::kRest;
   for (int i = 0; i < known.axes; ++i)
     axes_[i].drive(i == homing ? Cia402Axis::Task::kHome : task, i == homing || may_begin, known.all_enabled,
-                   command.position[i], now_ns, out);
+                   {command.position[i], command.effort[i]}, now_ns, out);
   if (std::any_of(axes_.begin(), axes_.end(), [](const Cia402Axis& axis) { return axis.synchronous(); })) {
     out.push(encode_sync());
     synced_ns_ = now_ns;
@@ -122,6 +122,8 @@ std::string Cia402Master::describe(const DriveFault& fault) const {
       return who + kind +
              format(": bit %d of its statusword is not set (statusword %04X)",
                     config_.axes[fault.axis].canopen.referenced_bit, fault.code);
+    case FaultKind::kOutOfRange:
+      return who + describe_out_of_range(fault);
     case FaultKind::kHomingFailed:
     case FaultKind::kHomingTimeout:
       return who + kind + format(" (statusword %04X)", fault.code);

@@ -12,7 +12,8 @@
 
 namespace tendril::hal {
 
-/// The controller's side of CANopen drives in cyclic synchronous position mode, all axes of a robot.
+/// The controller's side of CANopen drives in cyclic synchronous position or torque mode, all axes of a
+/// robot.
 ///
 /// A cycle's frames are: heartbeat if due, start-up frames of a few axes, the RPDOs, SYNC last, so that all
 /// drives take their targets at the same instant and answer with their positions. Drives that were found in

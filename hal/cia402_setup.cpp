@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "hal/cia402.h"
+#include "hal/range_watch.h"
 
 namespace tendril::hal {
 namespace {
@@ -28,8 +29,8 @@ void check_axis(const AxisConfig& axis, int master_node) {
   if (axis.canopen.reference == Reference::kHoming && homing.method && homes_in_place(*homing.method) &&
       axis.canopen.referenced_bit < 0)
     refuse_drives(who + "homing in place needs the statusword bit that tells whether it has been done");
-  if (!(axis.displacement_min <= axis.displacement_max))
-    refuse_drives(who + "the least displacement must not exceed the greatest");
+  if (axis.set_point == SetPoint::kEffort && !(axis.canopen.rated_torque > 0))
+    refuse_drives(who + "to follow efforts it must have a rated torque");
   if (!(axis.canopen.following_error >= 0)) refuse_drives(who + "a following error must not be negative");
   if (homing.timeout_ns <= 0) refuse_drives(who + "the time for homing must be positive");
   if (rpdo_cob_id(axis) > 0x7FF || tpdo_cob_id(axis) > 0x7FF) refuse_drives(who + "COB-IDs must fit 11 bits");
@@ -58,6 +59,11 @@ SdoStep read(int index, int sub, uint32_t expected, uint32_t mask = 0xFFFF'FFFF)
   return {{SdoRequest::Kind::kRead, {static_cast<uint16_t>(index), static_cast<uint8_t>(sub)}, 0, 0},
           expected,
           mask};
+}
+
+/// The mode in which a drive follows our set-points.
+int8_t following_mode(const AxisConfig& axis) noexcept {
+  return axis.set_point == SetPoint::kEffort ? kModeCyclicTorque : kModeCyclicPosition;
 }
 
 /// At least one count, and not 0xFFFFFFFF, which is no window at all.
@@ -147,11 +153,12 @@ std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& con
       write(0x1016, 1, 4,
             static_cast<uint32_t>(config.canopen.master_node) << 16 | to_ms(config.heartbeat_timeout_ns)),
       write(0x1017, 0, 2, to_ms(config.heartbeat_ns))};
-  for (const Pdo& pdo : {Pdo{0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), 0x6040'0010, 0x607A'0020},
+  const uint32_t target = axis.set_point == SetPoint::kEffort ? kMapTargetTorque : kMapTargetPosition;
+  for (const Pdo& pdo : {Pdo{0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), kMapControlword, target},
                          Pdo{0x1800 + number, 0x1A00 + number, kNoRemoteRequest | tpdo_cob_id(axis),
-                             0x6041'0010, 0x6064'0020}})
+                             kMapStatusword, kMapActualPosition}})
     axis.canopen.mapping == Mapping::kConfigure ? append_writes(steps, pdo) : append_checks(steps, pdo);
-  append_mode(steps, kModeCyclicPosition);
+  append_mode(steps, following_mode(axis));
   append_period(steps, nearest_interpolation_period(config.period_ns));
   if (axis.canopen.following_error > 0) steps.push_back(write(0x6065, 0, 4, following_error_window(axis)));
   return steps;
@@ -172,8 +179,10 @@ std::optional<SoftLimits> soft_limits(const AxisConfig& axis) {
   if (!axis.canopen.soft_limits || !std::isfinite(axis.displacement_min) ||
       !std::isfinite(axis.displacement_max))
     return std::nullopt;
-  const int32_t least = axis.scale.to_counts(axis.displacement_min);
-  const int32_t greatest = axis.scale.to_counts(axis.displacement_max);
+  // With efforts the drive is not to give up before we do.
+  const double margin = axis.set_point == SetPoint::kEffort ? RangeWatch(axis).margin() : 0;
+  const int32_t least = axis.scale.to_counts(axis.displacement_min - margin);
+  const int32_t greatest = axis.scale.to_counts(axis.displacement_max + margin);
   return SoftLimits{std::min(least, greatest), std::max(least, greatest)};  // a reversed axis swaps them
 }
 
@@ -187,7 +196,7 @@ SoftLimits widened(SoftLimits limits, int32_t position) noexcept {
 
 std::vector<SdoStep> following_steps(const AxisConfig& axis) {
   std::vector<SdoStep> steps;
-  append_mode(steps, kModeCyclicPosition);
+  append_mode(steps, following_mode(axis));
   if (const auto limits = soft_limits(axis)) {
     // A drive that compares them refuses a least one above the greatest one that it still has: that is
     // written again after the greatest.
@@ -209,9 +218,12 @@ std::vector<SdoStep> release_steps() { return {write(0x1016, 1, 4, 0)}; }
 
 std::vector<PeriodicFrames> cia402_frames(const MasterConfig& config) {
   const int axes = static_cast<int>(config.axes.size());
+  const auto on_efforts =
+      static_cast<int>(std::ranges::count(config.axes, SetPoint::kEffort, &AxisConfig::set_point));
   const double rate_hz = 1e9 / static_cast<double>(config.period_ns);
-  return {{.length = 0, .rate_hz = rate_hz},                     // SYNC
-          {.length = 6, .rate_hz = rate_hz, .count = 2 * axes},  // PDOs
+  return {{.length = 0, .rate_hz = rate_hz},                                  // SYNC
+          {.length = 6, .rate_hz = rate_hz, .count = 2 * axes - on_efforts},  // PDOs
+          {.length = 4, .rate_hz = rate_hz, .count = on_efforts},             // RPDOs of torques
           {.length = 1, .rate_hz = 1e9 / static_cast<double>(config.heartbeat_ns), .count = axes + 1}};
 }
 

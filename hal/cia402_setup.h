@@ -25,10 +25,10 @@ void check_cia402(const MasterConfig& config);
 /// @param object  index << 8 | subindex
 std::string describe_set_up_object(uint32_t object);
 
-/// The entries that prepare a drive in NMT pre-operational: heartbeats both ways, one RPDO (6040, 607A) and
-/// one TPDO (6041, 6064) at every SYNC, which are read only where they are to stay as found, cyclic
-/// synchronous position mode, interpolation period, and the following-error window where it is configured.
-/// [CiA 301, objects 1016, 1017, 1400-1A00; CiA 402-2, objects 6060, 6061, 6065, 60C2]
+/// The entries that prepare a drive in NMT pre-operational: heartbeats both ways, one RPDO (6040 and 607A, or
+/// 6071) and one TPDO (6041, 6064) at every SYNC, which are read only where they are to stay as found, cyclic
+/// synchronous position mode, or torque mode, interpolation period, and the following-error window where it
+/// is configured. [CiA 301, objects 1016, 1017, 1400-1A00; CiA 402-2, objects 6060, 6061, 6065, 60C2]
 std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config);
 
 /// The entries that prepare a drive without power for its homing procedure: what is configured of it, homing
@@ -40,15 +40,16 @@ struct SoftLimits {
   int32_t min = 0, max = 0;
 };
 
-/// The limits of an axis' displacement as its drive counts; nothing where they are not for the drive.
+/// The limits of an axis' displacement as its drive counts, with the margin of RangeWatch where it follows
+/// efforts; nothing where they are not for the drive.
 std::optional<SoftLimits> soft_limits(const AxisConfig& axis);
 
 /// Limits that also hold for an axis which stands outside, with a hundredth of their range to spare: a drive
 /// that is enabled beyond its soft limits jumps to the nearest, or fails. Real-time: yes.
 SoftLimits widened(SoftLimits limits, int32_t position) noexcept;
 
-/// The entries that prepare a drive without power for following targets: cyclic synchronous position mode,
-/// and its soft limits, if any.
+/// The entries that prepare a drive without power for following targets: its cyclic synchronous mode, and its
+/// soft limits, if any.
 std::vector<SdoStep> following_steps(const AxisConfig& axis);
 
 /// Puts soft limits into such entries. Real-time: yes.

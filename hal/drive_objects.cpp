@@ -4,8 +4,6 @@
 #include <cstdio>
 #include <vector>
 
-#include "hal/cia402.h"
-
 namespace tendril::hal {
 namespace {
 
@@ -29,7 +27,8 @@ struct Entry {
 
 constexpr int64_t kAnyU8 = 0xFF, kAnyU16 = 0xFFFF, kAnyU32 = 0xFFFF'FFFF;
 
-constexpr uint32_t kModes = 1u << (kModeHoming - 1) | 1u << (kModeCyclicPosition - 1);
+constexpr uint32_t kModes =
+    1u << (kModeHoming - 1) | 1u << (kModeCyclicPosition - 1) | 1u << (kModeCyclicTorque - 1);
 
 // In the order of DriveObjects::Slot. 1000 reads: profile 402 (0x192), servo drive (bit 17); of 6502,
 // bit n - 1 stands for mode n.
@@ -88,6 +87,9 @@ constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
     {{0x6064, 0}, "Actual position", -4, Right::kRead, 0, INT32_MIN, INT32_MAX, Trait::kMappable},
     {{0x6065, 0}, "Following error window", 4, Right::kWrite, 0xFFFF'FFFF, 0, kAnyU32},
     {{0x6066, 0}, "Following error time out", 2, Right::kWrite, 0, 0, kAnyU16},
+    {{0x6071, 0}, "Target torque", -2, Right::kWrite, 0, INT16_MIN, INT16_MAX, Trait::kMappable},
+    {{0x6076, 0}, "Motor rated torque", 4, Right::kRead, 0, 0, kAnyU32},
+    {{0x6077, 0}, "Torque actual value", -2, Right::kRead, 0, INT16_MIN, INT16_MAX, Trait::kMappable},
     {{0x607A, 0}, "Target position", -4, Right::kWrite, 0, INT32_MIN, INT32_MAX, Trait::kMappable},
     {{0x607D, 0}, "Software position limits", 1, Right::kRead, 2, 0, kAnyU8},
     {{0x607D, 1}, "Least position", -4, Right::kWrite, 0, INT32_MIN, INT32_MAX},
@@ -240,8 +242,8 @@ std::string drive_eds() {
          eds_list("OptionalObjects", optional) + eds_list("ManufacturerObjects", {}) + objects;
 }
 
-DriveObjects::DriveObjects(int node, int pdo, uint32_t rpdo_id, uint32_t tpdo_id) noexcept
-    : node_(node), pdo_(pdo), rpdo_id_(rpdo_id), tpdo_id_(tpdo_id) {
+DriveObjects::DriveObjects(int node, int pdo, uint32_t rpdo_id, uint32_t tpdo_id, uint32_t target) noexcept
+    : node_(node), pdo_(pdo), rpdo_id_(rpdo_id), tpdo_id_(tpdo_id), target_(target) {
   restore_all();
 }
 
@@ -266,8 +268,8 @@ void DriveObjects::restore_communication() noexcept {
     values_[pdo.map] = first;
     values_[pdo.map + 1] = second;
   };
-  restore_pdo(kRpdo, rpdo_id_, 0x6040'0010, 0x607A'0020);
-  restore_pdo(kTpdo, tpdo_id_, 0x6041'0010, 0x6064'0020);
+  restore_pdo(kRpdo, rpdo_id_, kMapControlword, target_);
+  restore_pdo(kTpdo, tpdo_id_, kMapStatusword, kMapActualPosition);
 }
 
 int32_t DriveObjects::signed_value(Slot slot) const noexcept {

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "hal/canopen.h"
+#include "hal/cia402.h"
 
 namespace tendril::hal {
 
@@ -53,8 +54,11 @@ class DriveObjects {
     kMode,
     kModeDisplay,
     kActualPosition,
-    kErrorWindow,  // 6065, counts; 0xFFFFFFFF: not watched
-    kErrorTime,    // 6066, ms
+    kErrorWindow,   // 6065, counts; 0xFFFFFFFF: not watched
+    kErrorTime,     // 6066, ms
+    kTargetTorque,  // 6071, thousandths of 6076
+    kRatedTorque,   // 6076, mNm
+    kActualTorque,  // 6077, thousandths of 6076
     kTargetPosition,
     kLimitCount,
     kLimitMin,  // 607D, counts; not watched unless min < max
@@ -87,11 +91,12 @@ class DriveObjects {
 
   /// @param node  1..127, for the default COB-IDs
   /// @param pdo   1..4: which RPDO and TPDO there are, objects 1400 + pdo - 1 and so on
-  /// @param rpdo_id, tpdo_id  at power-on they have these COB-IDs, hold 6040 and 607A, 6041 and 6064, and are
-  /// on;
-  ///                          0: it is empty and off
+  /// @param rpdo_id, tpdo_id  at power-on they have these COB-IDs, hold 6040 and `target`, 6041 and 6064, and
+  ///                          are on; 0: it is empty and off
+  /// @param target            as it is mapped
   /// Real-time: yes.
-  DriveObjects(int node, int pdo, uint32_t rpdo_id = 0, uint32_t tpdo_id = 0) noexcept;
+  DriveObjects(int node, int pdo, uint32_t rpdo_id = 0, uint32_t tpdo_id = 0,
+               uint32_t target = kMapTargetPosition) noexcept;
 
   /// Gives all entries, or those below 2000 (the communication profile) except the errors, their power-on
   /// values. Real-time: yes.
@@ -137,7 +142,7 @@ class DriveObjects {
   uint16_t index_of(Slot slot) const noexcept;
 
   int node_, pdo_;
-  uint32_t rpdo_id_, tpdo_id_;
+  uint32_t rpdo_id_, tpdo_id_, target_;
   std::array<uint32_t, kSlots> values_{};
 };
 

@@ -1,7 +1,6 @@
 #include "hal/drive_protocol.h"
 
 #include <cmath>
-#include <numbers>
 #include <type_traits>
 
 #include "hal/cia402_drive.h"
@@ -45,7 +44,22 @@ class Adapter final : public SimulatedDrive {
 
 ServoTuning tuned(ServoTuning usual, const SimulatedActuator& actuator) {
   return {.acceleration_time = actuator.acceleration_time,
-          .position_gain = actuator.position_gain.value_or(usual.position_gain)};
+          .position_gain = actuator.position_gain.value_or(usual.position_gain),
+          .friction = actuator.friction};
+}
+
+/// Torque of a drive that holds that force, Nm.
+double torque_limit(const AxisScale& scale, double force_limit) {
+  return std::abs(scale.to_torque(force_limit));
+}
+
+/// The share of a spec that is about torques. Without a rated torque the drive has half of what it holds.
+void set_torques(DriveSpec& spec, const AxisConfig& axis, double limit) {
+  if (axis.set_point == SetPoint::kEffort) spec.rpdo_target = kMapTargetTorque;
+  if (!std::isfinite(limit)) return;
+  const double rated = axis.canopen.rated_torque > 0 ? axis.canopen.rated_torque : limit / spec.torque_limit;
+  spec.rated_torque_mNm = static_cast<uint32_t>(std::round(1e3 * rated));
+  spec.torque_limit = limit / rated;
 }
 
 uint32_t error_window(double counts) {
@@ -90,31 +104,30 @@ std::unique_ptr<SimulatedDrive> make_drive(const MasterConfig& config, int axis,
   const double position = a.scale.to_position(actuator.displacement);
   if (config.protocol == Protocol::kOdrive)
     return std::make_unique<Adapter<OdriveDrive>>(
-        OdriveSpec{
-            .node = a.node,
-            .firmware = config.odrive.firmware,
-            .top_speed = top_speed,
-            .position = position,
-            .tuning = tuned(OdriveSpec{}.tuning, actuator),
-            .torque_limit = actuator.force_limit * a.scale.displacement_per_turn / (2 * std::numbers::pi),
-            .encoder_counts = actuator.encoder_counts,
-            .heartbeat_ns = config.heartbeat_ns,
-            .encoder_period_ns = config.odrive.encoder_period_ns,
-            .watchdog_ns = config.heartbeat_timeout_ns},
+        OdriveSpec{.node = a.node,
+                   .firmware = config.odrive.firmware,
+                   .top_speed = top_speed,
+                   .position = position,
+                   .tuning = tuned(OdriveSpec{}.tuning, actuator),
+                   .torque_limit = torque_limit(a.scale, actuator.force_limit),
+                   .encoder_counts = actuator.encoder_counts,
+                   .heartbeat_ns = config.heartbeat_ns,
+                   .encoder_period_ns = config.odrive.encoder_period_ns,
+                   .watchdog_ns = config.heartbeat_timeout_ns},
         a.scale, actuator.force_limit);
   const bool mapped = a.canopen.mapping == Mapping::kAsFound;
-  return std::make_unique<Adapter<Cia402Drive>>(
-      DriveSpec{.node = a.node,
-                .pdo = a.canopen.pdo,
-                .rpdo_id = mapped ? rpdo_cob_id(a) : 0,
-                .tpdo_id = mapped ? tpdo_cob_id(a) : 0,
-                .top_speed = top_speed,
-                .position_counts = position,
-                .incremental = a.canopen.reference == Reference::kHoming,
-                .referenced_bit = a.canopen.referenced_bit,
-                .tuning = tuned(DriveSpec{}.tuning, actuator),
-                .error_window = error_window(actuator.following_error / unit)},
-      a.scale, actuator.force_limit);
+  DriveSpec spec{.node = a.node,
+                 .pdo = a.canopen.pdo,
+                 .rpdo_id = mapped ? rpdo_cob_id(a) : 0,
+                 .tpdo_id = mapped ? tpdo_cob_id(a) : 0,
+                 .top_speed = top_speed,
+                 .position_counts = position,
+                 .incremental = a.canopen.reference == Reference::kHoming,
+                 .referenced_bit = a.canopen.referenced_bit,
+                 .tuning = tuned(DriveSpec{}.tuning, actuator),
+                 .error_window = error_window(actuator.following_error / unit)};
+  set_torques(spec, a, torque_limit(a.scale, actuator.force_limit));
+  return std::make_unique<Adapter<Cia402Drive>>(spec, a.scale, actuator.force_limit);
 }
 
 }  // namespace tendril::hal

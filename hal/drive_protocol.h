@@ -37,6 +37,7 @@ struct SimulatedActuator {
   double displacement = 0;                                     // at power-on
   double force_limit = kUnlimited;                             // > 0: greatest effort that the motor holds
   double acceleration_time = ServoTuning{}.acceleration_time;  // s, see ServoTuning
+  double friction = ServoTuning{}.friction;
   std::optional<double> position_gain{};  // 1/s; none: as drives of the protocol are delivered
   double following_error = kUnlimited;    // > 0: a CiA 402 drive fails where it is farther from its set-point
   int encoder_counts = 8192;              // in a turn of an ODrive axis, > 0

@@ -1,5 +1,8 @@
 #include "hal/drives.h"
 
+#include <cstdio>
+#include <cstdlib>
+
 namespace tendril::hal {
 
 const char* describe(FaultKind kind) noexcept {
@@ -20,6 +23,8 @@ const char* describe(FaultKind kind) noexcept {
       return "drive left operation unasked";
     case FaultKind::kDriveRestarted:
       return "drive restarted";
+    case FaultKind::kOutOfRange:
+      return "axis left its range of displacements";
     case FaultKind::kPositionJumped:
       return "position jumped at enabling";
     case FaultKind::kNotReferenced:
@@ -40,6 +45,14 @@ const char* describe(FaultKind kind) noexcept {
       return "bus down";
   }
   return "unknown fault";
+}
+
+std::string describe_out_of_range(const DriveFault& fault) {
+  const auto thousandths = static_cast<int32_t>(fault.code);
+  char text[64];
+  std::snprintf(text, sizeof text, ", it is %.1f %% of it %s", 0.1 * std::abs(thousandths),
+                thousandths < 0 ? "below the least" : "beyond the greatest");
+  return describe(fault.kind) + (text + std::string(": what does it pull at?"));
 }
 
 }  // namespace tendril::hal

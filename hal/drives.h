@@ -25,6 +25,7 @@ enum class FaultKind : uint8_t {
   kDriveFault,       // a drive reports a fault [EMCY error code, 0 while unknown; error bits]
   kDriveDisabled,    // a drive left "operation enabled" unasked [statusword; state and result]
   kDriveRestarted,   // a drive left NMT operational or rebooted [its NMT state; not used]
+  kOutOfRange,       // an axis that follows efforts left its range [0.1 % of it, signed; likewise]
   kPositionJumped,   // a drive's position was another once it was enabled [not used; 0.001 rev, signed]
   kNotReferenced,    // a drive does not know, or no longer knows, where it stands [statusword; not used]
   kHomingFailed,     // a drive's homing procedure ended in an error [statusword; not used]
@@ -48,6 +49,9 @@ struct DriveFault {
   uint32_t expected = 0;  // kUnexpectedValue: what it must show
 };
 
+/// A fault of kind kOutOfRange in words, without whose it is. Real-time: no (allocates).
+std::string describe_out_of_range(const DriveFault& fault);
+
 /// What is known of the drives and the sensors at one instant.
 struct Measurement {
   int64_t stamp_ns = 0;  // instant of `measure`
@@ -70,6 +74,13 @@ struct Command {
   bool finish = false;  // with `enable` false: once all are disabled, stop the drives for good
   int axes = 0;
   std::array<double, kMaxAxes> position{};  // displacement, m or m³; used once all drives are enabled
+  std::array<double, kMaxAxes>
+      effort{};  // N or Pa; for axes that follow efforts, as soon as they are enabled
+};
+
+/// The share of one axis in a Command.
+struct AxisTarget {
+  double position = 0, effort = 0;
 };
 
 /// The controller's side of a drive protocol, for all axes: a state machine that never waits.
@@ -80,8 +91,9 @@ struct Command {
 ///
 /// A drive that becomes enabled holds the position it has until all are enabled; from the cycle in which
 /// `measure` says all_enabled on, positions are followed as they are commanded, so that cycle's must be the
-/// measured ones. After a fault the sound axes go on following their commands (the controller ramps them to a
-/// stop), the faulty one is taken out of operation until `reset`.
+/// measured ones. An axis that follows efforts exerts the one that is commanded as soon as it is enabled, and
+/// any that is found outside its range then is in fault. After a fault the sound axes go on following their
+/// commands (the controller ramps them to a stop), the faulty one is taken out of operation until `reset`.
 class DriveMaster {
  public:
   virtual ~DriveMaster() = default;
@@ -102,7 +114,7 @@ class DriveMaster {
   virtual const Measurement& measure(BusHealth health, int64_t now_ns) noexcept = 0;
 
   /// Appends the frames of this cycle to `out`.
-  /// @param command  a position that is not finite leaves its axis at its last target
+  /// @param command  a position or effort that is not finite leaves its axis at its last target
   /// Real-time: yes (bounded, no allocation).
   virtual void command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept = 0;
 

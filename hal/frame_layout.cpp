@@ -60,11 +60,14 @@ void append_cia402(std::vector<FrameLayout>& frames, const AxisConfig& axis, con
   const auto position = [&](const char* name) {
     return displacement(number(name, 16, 32, SignalType::kSigned), axis.scale, unit);
   };
+  const bool on_efforts = axis.set_point == SetPoint::kEffort;
+  const Signal torque =
+      scaled(number("target_torque", 16, 16, SignalType::kSigned), 1e-3 * axis.canopen.rated_torque, "Nm");
   frames.push_back({rpdo_cob_id(axis),
                     node + "_RPDO",
-                    6,
+                    on_efforts ? 4 : 6,
                     kController,
-                    {number("controlword", 0, 16), position("target_position")}});
+                    {number("controlword", 0, 16), on_efforts ? torque : position("target_position")}});
   frames.push_back({tpdo_cob_id(axis),
                     node + "_TPDO",
                     6,
@@ -120,10 +123,13 @@ void append_odrive(std::vector<FrameLayout>& frames, const AxisConfig& axis, Odr
        scaled(real("velocity", 32), per_turn, unit.name + "/s")});
   add(OdriveMessage::kSetControllerMode, "_mode", 8, kController,
       {number("control_mode", 0, 32), number("input_mode", 32, 32)});
-  add(OdriveMessage::kSetInputPosition, "_input", 8, kController,
-      {displacement(real("target_position", 0), axis.scale, unit),
-       scaled(number("velocity", 32, 16, SignalType::kSigned), 0.001 * per_turn, unit.name + "/s"),
-       scaled(number("torque", 48, 16, SignalType::kSigned), 0.001, "Nm")});
+  if (axis.set_point == SetPoint::kEffort)
+    add(OdriveMessage::kSetInputTorque, "_input", 4, kController, {real("target_torque", 0, "Nm")});
+  else
+    add(OdriveMessage::kSetInputPosition, "_input", 8, kController,
+        {displacement(real("target_position", 0), axis.scale, unit),
+         scaled(number("velocity", 32, 16, SignalType::kSigned), 0.001 * per_turn, unit.name + "/s"),
+         scaled(number("torque", 48, 16, SignalType::kSigned), 0.001, "Nm")});
   add(OdriveMessage::kSetLimits, "_limits", 8, kController,
       {real("velocity_limit", 0, "rev/s"), real("current_limit", 32, "A")});
   add(OdriveMessage::kIq, "_iq", 8, node, {real("set_point", 0, "A"), real("measured", 32, "A")});

@@ -27,7 +27,7 @@ struct DisplacementUnit {
 };
 
 /// The frames of drives, controller and sensors, in the order of their identifiers' owners: those of the bus,
-/// then axis by axis. Positions are in displacements, not in counts.
+/// then axis by axis. Positions are in displacements, not in counts, torques in Nm.
 /// @param config  as `check` of hal/drive_protocol.h wants it
 /// @param units   one an axis
 std::vector<FrameLayout> frame_layouts(const MasterConfig& config,

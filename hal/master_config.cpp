@@ -1,5 +1,6 @@
 #include "hal/master_config.h"
 
+#include <cmath>
 #include <cstdio>
 #include <stdexcept>
 
@@ -13,6 +14,15 @@ void check_scale(const AxisConfig& axis) {
   if (!(axis.scale.counts_per_turn > 0)) refuse_drives(who + "counts per turn must be positive");
   if (!(axis.scale.displacement_per_turn > 0))
     refuse_drives(who + "the displacement per turn must be positive");
+}
+
+void check_range(const AxisConfig& axis) {
+  const std::string who = "axis '" + axis.name + "': ";
+  if (!(axis.displacement_min <= axis.displacement_max))
+    refuse_drives(who + "the least displacement must not exceed the greatest");
+  const bool limited = std::isfinite(axis.displacement_min) && std::isfinite(axis.displacement_max);
+  if (axis.set_point == SetPoint::kEffort && !limited)
+    refuse_drives(who + "one that follows efforts must have limits of its displacement");
 }
 
 }  // namespace
@@ -37,7 +47,10 @@ void check_common(const MasterConfig& config) {
   if (config.heartbeat_timeout_ns <= config.heartbeat_ns)
     refuse_drives("the heartbeat timeout must be longer than the time between heartbeats");
   check(config.sensors);
-  for (const AxisConfig& axis : config.axes) check_scale(axis);
+  for (const AxisConfig& axis : config.axes) {
+    check_scale(axis);
+    check_range(axis);
+  }
 }
 
 void IdentifierClaims::claim(uint32_t id, const std::string& user) {

@@ -15,8 +15,14 @@ namespace tendril::hal {
 
 /// The protocols that drives can speak; one protocol a bus, as their identifiers collide.
 enum class Protocol : uint8_t {
-  kCanopen,  // CiA 402 over CANopen, cyclic synchronous position
+  kCanopen,  // CiA 402 over CANopen, cyclic synchronous position or torque
   kOdrive    // ODrive CANSimple
+};
+
+/// What an axis is commanded.
+enum class SetPoint : uint8_t {
+  kDisplacement,  // where its actuator shall be
+  kEffort         // what its actuator shall exert, as a torque of the drive
 };
 
 /// How an axis comes to know where it stands.
@@ -51,6 +57,7 @@ struct CanopenAxis {
   HomingConfig homing{};
   bool soft_limits = true;     // the drive is told the limits of the displacement (607D)
   double following_error = 0;  // m or m³: the drive's own window around its target (6065); 0: what it has
+  double rated_torque = 0;     // Nm, > 0 with SetPoint::kEffort: what 1000 in 6071 is where a turn is counted
 };
 
 /// What is ODrive's alone of an axis; with both at 0 the axis keeps the limits it has.
@@ -66,6 +73,7 @@ struct AxisConfig {
   AxisScale scale{};                                                   // 1 count a turn with ODrive
   double displacement_min = -std::numeric_limits<double>::infinity();  // m or m³; infinite: no limit
   double displacement_max = std::numeric_limits<double>::infinity();
+  SetPoint set_point = SetPoint::kDisplacement;
   CanopenAxis canopen{};
   OdriveAxisLimits odrive{};
 };

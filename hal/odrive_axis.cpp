@@ -12,7 +12,12 @@ constexpr int64_t kRepeat_ns = 500'000'000;
 }  // namespace
 
 OdriveAxis::OdriveAxis(const AxisConfig& axis, const MasterConfig& config)
-    : config_(config), node_(axis.node), scale_(axis.scale), limits_(axis.odrive) {}
+    : config_(config),
+      node_(axis.node),
+      scale_(axis.scale),
+      limits_(axis.odrive),
+      follows_effort_(axis.set_point == SetPoint::kEffort),
+      range_(axis) {}
 
 void OdriveAxis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
   if (const auto heartbeat = decode_odrive_heartbeat(frame, node_, config_.odrive.firmware))
@@ -35,6 +40,8 @@ void OdriveAxis::on_estimates(const OdriveEstimates& estimates, int64_t arrival_
   if (!std::isfinite(estimates.position)) return;  // the axis does not know: silence of positions
   position_ = estimates.position;
   position_stamp_ns_ = arrival_ns;
+  if (phase_ == Phase::kOn && range_.left_at(position()))
+    return fail(FaultKind::kOutOfRange, static_cast<uint32_t>(range_.beyond(position())));
   if (phase_ != Phase::kClosing || !closed()) return;
   const double jump = position_ - held_;
   if (std::abs(jump) > kHeldWithin) {
@@ -64,9 +71,10 @@ void OdriveAxis::supervise(int64_t now_ns, int64_t asked_ns) noexcept {
     fail(FaultKind::kEnableTimeout, packed());
 }
 
-void OdriveAxis::drive(bool enable, bool may_begin, bool may_close, bool all_enabled, double displacement,
-                       int64_t now_ns, FrameBatch& out) noexcept {
+void OdriveAxis::drive(bool enable, bool may_begin, bool may_close, bool all_enabled,
+                       const AxisTarget& target, int64_t now_ns, FrameBatch& out) noexcept {
   if (stage_ != Stage::kRunning) return;
+  if (std::isfinite(target.effort)) torque_ = scale_.to_torque(target.effort);
   if (!enable || fault_.kind != FaultKind::kNone) phase_ = Phase::kOff;
   if (enable && phase_ == Phase::kOff && fault_.kind == FaultKind::kNone && may_begin) {
     phase_ = Phase::kPreparing;
@@ -81,7 +89,7 @@ void OdriveAxis::drive(bool enable, bool may_begin, bool may_close, bool all_ena
     case Phase::kClosing:
       return wait_for_closed_loop(now_ns, out);
     case Phase::kOn:
-      return follow(all_enabled, displacement, out);
+      return follow(all_enabled, target.position, out);
   }
 }
 
@@ -91,7 +99,7 @@ void OdriveAxis::rest(int64_t now_ns, FrameBatch& out) noexcept {
     order(kOdriveIdle, now_ns, out);
     if (closed()) return;  // what it holds is not known to be what it tells
   }
-  if (fault_.kind == FaultKind::kNone) push_input(position_, 0, out);
+  if (fault_.kind == FaultKind::kNone) idle_input(out);
 }
 
 /// Idle and without an error, whatever it was before.
@@ -104,16 +112,20 @@ void OdriveAxis::prepare(int64_t now_ns, FrameBatch& out) noexcept {
     out.push(encode_odrive_clear_errors(node_));
     cleared_ns_ = heartbeat_ns_;
   }
-  push_input(position_, 0, out);
+  idle_input(out);
 }
 
 void OdriveAxis::close(int64_t now_ns, FrameBatch& out) noexcept {
   held_ = position_;
-  out.push(encode_odrive_mode(node_, {}));
+  range_.begin(position());
+  push_mode(out);
   if (limits_.velocity > 0)
     out.push(encode_odrive_limits(
         node_, {static_cast<float>(limits_.velocity), static_cast<float>(limits_.current)}));
-  push_input(held_, 0, out);  // before the power stage is on, so that enabling is no jump
+  if (follows_effort_)  // before the power stage is on, so that enabling is no jump
+    push_torque(torque_, out);
+  else
+    push_input(held_, 0, out);
   ordered_state_ = kOdriveUndefined;
   order(kOdriveClosedLoop, now_ns, out);
   phase_ = Phase::kClosing;
@@ -124,10 +136,11 @@ void OdriveAxis::close(int64_t now_ns, FrameBatch& out) noexcept {
 /// closed-loop control has connected the estimator, and we would command that.
 void OdriveAxis::wait_for_closed_loop(int64_t now_ns, FrameBatch& out) noexcept {
   if (heartbeat_.state == kOdriveIdle && order(kOdriveClosedLoop, now_ns, out)) return;
-  out.push(encode_odrive_mode(node_, {}));
+  push_mode(out);
 }
 
 void OdriveAxis::follow(bool all_enabled, double displacement, FrameBatch& out) noexcept {
+  if (follows_effort_) return push_torque(torque_, out);
   following_ = following_ || all_enabled;
   const double before = target_;
   if (following_ && std::isfinite(displacement)) target_ = scale_.to_position(displacement);
@@ -142,6 +155,23 @@ bool OdriveAxis::order(uint8_t state, int64_t now_ns, FrameBatch& out) noexcept 
   ordered_state_ = state;
   ordered_ns_ = now_ns;
   return true;
+}
+
+/// What feeds the watchdog of an axis that is idle.
+void OdriveAxis::idle_input(FrameBatch& out) const noexcept {
+  if (follows_effort_)
+    push_torque(0, out);
+  else
+    push_input(position_, 0, out);
+}
+
+void OdriveAxis::push_mode(FrameBatch& out) const noexcept {
+  out.push(encode_odrive_mode(node_,
+                              {.control = follows_effort_ ? kOdriveTorqueControl : kOdrivePositionControl}));
+}
+
+void OdriveAxis::push_torque(double torque, FrameBatch& out) const noexcept {
+  out.push(encode_odrive_torque(node_, static_cast<float>(torque)));
 }
 
 void OdriveAxis::push_input(double position, double velocity, FrameBatch& out) const noexcept {

@@ -6,6 +6,7 @@
 #include "hal/frame_batch.h"
 #include "hal/master_config.h"
 #include "hal/odrive.h"
+#include "hal/range_watch.h"
 
 namespace tendril::hal {
 
@@ -37,14 +38,13 @@ class OdriveAxis {
   /// @param asked_ns  as Supervisor::measure has it
   void supervise(int64_t now_ns, int64_t asked_ns) noexcept;
 
-  /// Appends the frames of this cycle: one input position as a rule, which feeds the watchdog of the axis
-  /// too, and five at most.
+  /// Appends the frames of this cycle: one input position or torque as a rule, which feeds the watchdog of
+  /// the axis too, and five at most.
   /// @param enable       whether it shall be in closed-loop control
   /// @param may_begin    whether an axis at rest may begin to be enabled now
   /// @param may_close    whether one that is prepared may be ordered into closed-loop control now
   /// @param all_enabled  whether every axis is, so that targets are followed
-  /// @param displacement  target, m or m³
-  void drive(bool enable, bool may_begin, bool may_close, bool all_enabled, double displacement,
+  void drive(bool enable, bool may_begin, bool may_close, bool all_enabled, const AxisTarget& target,
              int64_t now_ns, FrameBatch& out) noexcept;
 
   /// Starts afresh from listening, whatever the axis did.
@@ -91,9 +91,12 @@ class OdriveAxis {
   void close(int64_t now_ns, FrameBatch& out) noexcept;
   void wait_for_closed_loop(int64_t now_ns, FrameBatch& out) noexcept;
   void follow(bool all_enabled, double displacement, FrameBatch& out) noexcept;
+  void idle_input(FrameBatch& out) const noexcept;
   void rest(int64_t now_ns, FrameBatch& out) noexcept;
   bool order(uint8_t state, int64_t now_ns, FrameBatch& out) noexcept;
+  void push_mode(FrameBatch& out) const noexcept;
   void push_input(double position, double velocity, FrameBatch& out) const noexcept;
+  void push_torque(double torque, FrameBatch& out) const noexcept;
   bool closed() const noexcept { return heartbeat_.state == kOdriveClosedLoop; }
   void fail(FaultKind kind, uint32_t code) noexcept;
   uint32_t packed() const noexcept;
@@ -102,6 +105,8 @@ class OdriveAxis {
   int node_;
   AxisScale scale_;
   OdriveAxisLimits limits_;
+  bool follows_effort_;
+  RangeWatch range_;
 
   Stage stage_ = Stage::kListening;
   int64_t stage_since_ns_ = 0;  // 0: supervision has not begun
@@ -119,6 +124,7 @@ class OdriveAxis {
   int64_t position_stamp_ns_ = 0;  // 0: position unknown
   double held_ = 0;                // rev, told before closed-loop control was ordered
   double target_ = 0;              // rev
+  double torque_ = 0;              // Nm
   DriveFault fault_;
 };
 

@@ -1,5 +1,6 @@
 #include "hal/odrive_master.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -53,7 +54,10 @@ void check_odrive(const MasterConfig& config) {
 std::vector<PeriodicFrames> odrive_frames(const MasterConfig& config) {
   const int axes = static_cast<int>(config.axes.size());
   const auto rate_hz = [](int64_t period_ns) { return 1e9 / static_cast<double>(period_ns); };
-  return {{.length = 8, .rate_hz = rate_hz(config.period_ns), .count = axes},  // inputs
+  const auto on_efforts =
+      static_cast<int>(std::ranges::count(config.axes, SetPoint::kEffort, &AxisConfig::set_point));
+  return {{.length = 8, .rate_hz = rate_hz(config.period_ns), .count = axes - on_efforts},  // positions
+          {.length = 4, .rate_hz = rate_hz(config.period_ns), .count = on_efforts},         // torques
           {.length = 8, .rate_hz = rate_hz(config.odrive.encoder_period_ns), .count = axes},
           {.length = 8, .rate_hz = rate_hz(config.heartbeat_ns), .count = axes}};
 }
@@ -89,7 +93,8 @@ void OdriveMaster::command(const Command& command, int64_t now_ns, FrameBatch& o
   int closing = 0;
   for (int i = 0; i < known.axes; ++i) {
     const bool may_close = !axes_[i].prepared() || ++closing <= kCloseAtOnce;
-    axes_[i].drive(command.enable, may_begin, may_close, known.all_enabled, command.position[i], now_ns, out);
+    axes_[i].drive(command.enable, may_begin, may_close, known.all_enabled,
+                   {command.position[i], command.effort[i]}, now_ns, out);
   }
 }
 
@@ -120,6 +125,8 @@ std::string OdriveMaster::describe(const DriveFault& fault) const {
       std::snprintf(text, sizeof text, " by %.3f turns: has it a reference?",
                     1e-3 * static_cast<int32_t>(fault.code));
       return who + kind + text;
+    case FaultKind::kOutOfRange:
+      return who + describe_out_of_range(fault);
     default:
       return who + kind;
   }

@@ -20,10 +20,11 @@ std::vector<PeriodicFrames> odrive_frames(const MasterConfig& config);
 
 /// The controller's side of ODrive axes over CANSimple, all axes of a robot.
 ///
-/// A cycle's frames are one input position for each axis, and the orders of those that are being enabled or
-/// disabled. Errors that are there before an axis is enabled, as after the death of a former controller, are
-/// cleared when it is; later ones need Command::reset. CANSimple has no farewell: after Command::finish the
-/// axes are idle and hear nothing, so that their watchdogs go off, which the next enabling clears.
+/// A cycle's frames are one input position or torque for each axis, and the orders of those that are being
+/// enabled or disabled. Errors that are there before an axis is enabled, as after the death of a former
+/// controller, are cleared when it is; later ones need Command::reset. CANSimple has no farewell: after
+/// Command::finish the axes are idle and hear nothing, so that their watchdogs go off, which the next
+/// enabling clears.
 class OdriveMaster final : public DriveMaster {
  public:
   /// @throws std::invalid_argument where the configuration is not sound, see check_odrive

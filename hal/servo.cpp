@@ -34,11 +34,11 @@ void Servo::tick(std::int64_t now_ns) noexcept {
   const double speed = std::clamp(demand, -speed_limit_, speed_limit_);
   set_point_ = next;
   if (locked_ || jammed_) {
-    velocity_ = 0;
+    velocity_ = acceleration_ = 0;
     return;
   }
-  const double acceleration = pushes_ ? acceleration_under(force_) : acceleration_towards(speed);
-  velocity_ = std::clamp(velocity_ + kTick_s * acceleration, -top_speed_, top_speed_);
+  acceleration_ = pushes_ ? acceleration_under(force_) : acceleration_towards(speed);
+  velocity_ = std::clamp(velocity_ + kTick_s * acceleration_, -top_speed_, top_speed_);
   position_ += kTick_s * velocity_;
   if (pushes_) goal_ = set_point_ = position_;
 }
@@ -51,13 +51,22 @@ double Servo::acceleration_towards(double speed) const noexcept {
   return std::clamp(wanted, most * std::clamp(down, -1.0, 1.0), most * std::clamp(up, -1.0, 1.0));
 }
 
-/// Towards the speed at which force, load and what resists are in balance. The motor keeps to the speed limit
-/// with whatever force that takes, up to its own limit.
+/// Beyond the speed limit the motor brakes with whatever force that takes, up to its own limit.
 double Servo::acceleration_under(double force) const noexcept {
-  const double slowest = top_speed_ * (-1 - load_), fastest = top_speed_ * (1 - load_);
-  const double limited = std::clamp(top_speed_ * (force - load_), -speed_limit_, speed_limit_);
-  const double speed = std::clamp(limited, slowest, fastest);
-  return top_speed_ / tuning_.acceleration_time * std::clamp((speed - velocity_) / top_speed_, -1.0, 1.0);
+  const double most = top_speed_ / tuning_.acceleration_time, resistance = load_ + friction();
+  const double wanted =
+      std::clamp(most * (force - resistance), (-speed_limit_ - velocity_) / tuning_.acceleration_time,
+                 (speed_limit_ - velocity_) / tuning_.acceleration_time);
+  return std::clamp(wanted, most * (-1 - resistance), most * (1 - resistance));
+}
+
+double Servo::friction() const noexcept { return tuning_.friction * velocity_ / top_speed_; }
+
+double Servo::force() const noexcept {
+  if (locked_) return 0;
+  if (jammed_ && pushes_) return force_;
+  const double inertial = acceleration_ * tuning_.acceleration_time / top_speed_;
+  return std::clamp(load_ + inertial + (pushes_ ? friction() : 0), -1.0, 1.0);
 }
 
 double Servo::set_point(std::int64_t now_ns) const noexcept {
@@ -66,7 +75,7 @@ double Servo::set_point(std::int64_t now_ns) const noexcept {
 
 void Servo::lock() noexcept {
   locked_ = true;
-  velocity_ = 0;
+  velocity_ = acceleration_ = 0;
   pass_through(position_, 0);
 }
 

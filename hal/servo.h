@@ -8,6 +8,7 @@ namespace tendril::hal {
 struct ServoTuning {
   double acceleration_time = 5e-3;  // s from rest to top speed at the force limit without load, at least 1 ms
   double position_gain = 100;       // 1/s, above 0, at most 1000: speed demanded for a unit of error
+  double friction = 0.05;           // of the force limit, above 0: what resists at top speed where it pushes
 };
 
 /// Motion of a simulated servo axis: a position loop around a velocity loop around a motor of limited force.
@@ -25,8 +26,12 @@ struct ServoTuning {
 /// from F at rest to 2F at top speed, so that it does so at top speed · (load / F − 1), and never faster than
 /// top speed. Without power, and where it is jammed, it stands: its gear is self-locking.
 ///
-/// Instead of following a set-point it may push with a force f, and then what resists grows with its speed
-/// whichever way it turns: it settles at top speed · (f − load) / F, and stands where the load equals f.
+/// Instead of following a set-point it may push with a force f, less what resists, which grows with its speed
+/// to the friction s F at top speed:
+///
+///   inertia · dv/dt = f − load − s F · v / top speed,    within ± top speed,
+///
+/// so that it stands where the load equals f. Friction that holds a standing axis is left out.
 ///
 /// The loops run on ticks of their own at fixed instants, so that it does not matter how time is cut into
 /// calls.
@@ -88,10 +93,15 @@ class Servo {
   /// Set-point less position, units; 0 without power and where it pushes. Real-time: yes.
   double following_error() const noexcept { return set_point() - position_; }
 
+  /// What the motor exerts, in force limits: against load, inertia and, where it pushes, friction; 0 without
+  /// power. Real-time: yes.
+  double force() const noexcept;
+
  private:
   void tick(std::int64_t now_ns) noexcept;
   double acceleration_towards(double speed) const noexcept;
   double acceleration_under(double force) const noexcept;
+  double friction() const noexcept;
   double set_point(std::int64_t now_ns) const noexcept;
 
   double top_speed_, speed_limit_;  // units/s
@@ -100,6 +110,7 @@ class Servo {
   bool locked_ = true, jammed_ = false, pushes_ = false;
   double load_ = 0, force_ = 0;  // in force limits
   double position_, velocity_ = 0;
+  double acceleration_ = 0;  // that the last tick demanded, units/s²
 
   double set_point_;             // at the last tick
   double goal_, slope_ = 0;      // where the set-point goes, and how fast, units/s

@@ -49,6 +49,17 @@ TEST_CASE("The budget of a robot counts PDOs, SYNC, heartbeats and sensors", "[u
   CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.585 + 0.0065 + 0.0160).epsilon(1e-4));
 }
 
+TEST_CASE("Set-points that are torques are shorter, and the budget knows it", "[unit]") {
+  using namespace tendril::hal::test;
+  const auto saved = [](const MasterConfig& config) {
+    return bus_load(periodic_frames(config), 1e6) -
+           bus_load(periodic_frames(on_efforts(config, 3, 1e-2)), 1e6);
+  };
+  const double rate_hz = 1e9 / kPeriod_ns;
+  CHECK(saved(config_of(4)) == Approx(3 * rate_hz * (115 - 95) / 1e6));
+  CHECK(saved(odrive_config_of(4)) == Approx(3 * rate_hz * (135 - 95) / 1e6));
+}
+
 TEST_CASE("The budget of ODrive axes counts inputs, estimates, heartbeats and sensors", "[unit]") {
   MasterConfig config{
       .protocol = Protocol::kOdrive, .axes = std::vector<AxisConfig>(4), .period_ns = 2'000'000};

@@ -54,7 +54,7 @@ TEST_CASE("The object dictionary answers with values or with the right abort cod
   CHECK(bench.sdo("4018100000000000") == "4F18100004000000");  // 1018:0
   CHECK(bench.sdo("4005100000000000") == "4305100080000000");  // 1005: SYNC is 080
   CHECK(bench.sdo("4014100000000000") == "4314100082000000");  // 1014: EMCY is 080 + node
-  CHECK(bench.sdo("4002650000000000") == "43026500A0000000");  // 6502: bits 5 and 7, homing and CSP
+  CHECK(bench.sdo("4002650000000000") == "43026500A0020000");  // 6502: bits 5, 7 and 9: homing, CSP and CST
   CHECK(bench.sdo("4064600000000000") == "43646000F4010000");  // 6064 = 500
   CHECK(bench.sdo("4041600000000000") == "4B41600050020000");  // 6041: switch on disabled, remote, voltage
   CHECK(bench.sdo("2F60600008000000") == "6060600000000000");  // 6060 = 8
@@ -433,4 +433,57 @@ TEST_CASE("Homing keeps to its speeds and acceleration, however long the steps o
   }
   CHECK(fastest == Approx(10'000).epsilon(0.02));
   CHECK(last == Approx(0).margin(5 * kEdge));
+}
+
+TEST_CASE("In torque mode a drive turns until its load equals the target torque, within what it holds",
+          "[unit]") {
+  const auto [thousandths, balance] = GENERATE(table<int, double>({{300, 300}, {-200, -200}, {5000, 2000}}));
+  CAPTURE(thousandths);
+  Bench bench({.node = 2,
+               .rpdo_id = 0x202,
+               .tpdo_id = 0x182,
+               .top_speed = 1e5,
+               .tuning = {.friction = 0.2},
+               .rpdo_target = kMapTargetTorque,
+               .rated_torque_mNm = 500,
+               .torque_limit = 2});
+  bench.advance(0);
+  CHECK(bench.sdo("4002650000000000") == "43026500A0020000");  // modes 6, 8 and 10
+  CHECK(bench.sdo("4076600000000000") == "43766000F4010000");
+  CHECK(bench.sdo("2F6060000A000000") == "6060600000000000");
+  CHECK(bench.sdo("4061600000000000") == "4F6160000A000000");
+  bench.say("000#0102");
+  const auto push = [&](uint16_t word) {
+    bench.say(to_text(encode_torque_command(0x202, {word, static_cast<int16_t>(thousandths)})));
+    const auto answers = bench.say("080#");
+    bench.advance(kPeriod_ns);
+    return answers;
+  };
+  for (const uint16_t word : std::initializer_list<uint16_t>{0x06, 0x07}) push(word);
+  CHECK(bench.drive.position() == 0);  // no power, no torque
+  constexpr double kSpring = 0.2;      // thousandths of the rated torque a count
+  std::vector<std::string> answers;
+  for (int k = 0; k < 1500; ++k) {
+    answers = push(0x0F);
+    bench.drive.set_load(kSpring * bench.drive.position() / 2000);
+  }
+  CHECK(kSpring * bench.drive.position() == Approx(balance).epsilon(1e-3));
+  CHECK((decode_drive_feedback(0x182, *parse_frame(answers.at(0)))->statusword & kFollowsCommand) != 0);
+  const auto torque = decode_sdo_answer(*parse_frame("582#" + bench.sdo("4077600000000000")), 2);
+  CHECK(static_cast<int16_t>(torque->value) == Approx(balance).margin(2));
+  const double stood = bench.drive.position();
+  bench.drive.set_load(0);
+  push(0x00);
+  bench.advance(100 * kMillisecond_ns);
+  CHECK(bench.drive.position() == stood);  // without power it stands
+}
+
+TEST_CASE("A torque has two bytes, and its unit is no entry of a TPDO", "[unit]") {
+  Bench bench;
+  bench.advance(0);
+  CHECK(bench.sdo("2B71600000FC0000") == "6071600000000000");
+  CHECK(bench.sdo("4071600000000000") == "4B71600000FC0000");
+  CHECK(bench.sdo("2371600000000000") == "8071600012000706");  // too long
+  CHECK(bench.sdo("2376600001000000") == "8076600002000106");  // read only
+  CHECK(bench.sdo("23001A0120007660") == "80001A0141000406");  // not mappable there
 }

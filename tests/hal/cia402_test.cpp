@@ -106,6 +106,17 @@ TEST_CASE("The PDOs of the worked example have its bytes", "[unit]") {
   CHECK_FALSE(decode_drive_feedback(0x182, *parse_frame("183#3702F0D8FFFF")));
 }
 
+TEST_CASE("The RPDO of torques has four bytes", "[unit]") {
+  CHECK(to_text(encode_torque_command(0x202, {0x0F, -300})) == "202#0F00D4FE");
+  const auto command = decode_torque_command(0x202, *parse_frame("202#0F00D4FE"));
+  REQUIRE(command);
+  CHECK(command->controlword == 0x0F);
+  CHECK(command->torque == -300);
+  CHECK_FALSE(decode_torque_command(0x202, *parse_frame("202#0F0010270000")));
+  CHECK_FALSE(decode_torque_command(0x203, *parse_frame("202#0F00D4FE")));
+  CHECK_FALSE(decode_drive_command(0x202, *parse_frame("202#0F00D4FE")));
+}
+
 TEST_CASE("One turn of a drive is its displacement per turn, in metres of cable or cubic metres of fluid",
           "[unit]") {
   const double turn = GENERATE(2 * std::numbers::pi * 0.01, 1e-6);

@@ -110,6 +110,17 @@ TEST_CASE("The table of frames reads what the CANopen codecs write", "[unit]") {
   CHECK(layouts.find(encode_sync())->length == 0);
 }
 
+TEST_CASE("The table of frames reads torques in Nm", "[unit]") {
+  MasterConfig canopen = on_efforts(config_of(2), 1, 10e-3);
+  canopen.axes[0].canopen.rated_torque = 0.5;
+  const Layouts layouts(canopen), odrive(on_efforts(odrive_config_of(2), 1, 10e-3));
+  CHECK(layouts.value(encode_torque_command(0x201, {0x0F, -300}), "target_torque") == Approx(-0.15));
+  CHECK(layouts.value(encode_drive_command(0x202, {0x0F, 0}), "target_position") == 0);
+  CHECK(odrive.value(encode_odrive_torque(0, 0.25f), "target_torque") == 0.25);
+  check_traffic<Rig>(canopen);
+  check_traffic<OdriveRig>(on_efforts(odrive_config_of(2), 1, 10e-3));
+}
+
 TEST_CASE("The table of frames knows where a drive's zero lies", "[unit]") {
   MasterConfig canopen = config_of(1), odrive = odrive_config_of(1);
   canopen.axes[0].scale.offset = odrive.axes[0].scale.offset = 2e-3;

@@ -66,6 +66,14 @@ TEST_CASE("A whole life of CiA 402 drives that are homed makes no heap call on e
   CHECK(live(rig) == 0);
 }
 
+TEST_CASE("A whole life of axes that follow efforts makes no heap call on either side", "[rt]") {
+  Rig rig(on_efforts(config_of(4), 3, 10e-3));
+  OdriveRig odrive(on_efforts(odrive_config_of(4), 3, 1));
+  rig.command.effort.fill(0);
+  CHECK(live(rig) == 0);
+  CHECK(live(odrive) == 0);
+}
+
 TEST_CASE("A whole life of ODrive axes makes no heap call on either side", "[rt]") {
   OdriveRig rig(odrive_config_of(4));
   CHECK(live(rig) == 0);

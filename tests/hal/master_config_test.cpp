@@ -1,6 +1,7 @@
 #include "hal/drive_protocol.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "hal/cia402_setup.h"
 #include "rig.h"
@@ -9,6 +10,7 @@ using namespace tendril::hal;
 using tendril::hal::test::camera;
 using tendril::hal::test::config_of;
 using tendril::hal::test::odrive_config_of;
+using tendril::hal::test::on_efforts;
 
 TEST_CASE("A sound configuration passes and each unsound one says what is wrong", "[unit]") {
   CHECK_NOTHROW(check(config_of(1)));
@@ -40,6 +42,23 @@ TEST_CASE("A sound configuration passes and each unsound one says what is wrong"
           [](MasterConfig& c) { c.axes[0].displacement_min = 1e-3, c.axes[0].displacement_max = 0; });
   refused("a following error", [](MasterConfig& c) { c.axes[0].canopen.following_error = -1e-3; });
   refused("the time for homing", [](MasterConfig& c) { c.axes[0].canopen.homing.timeout_ns = 0; });
+}
+
+TEST_CASE("An axis that follows efforts needs a range, and with CANopen a rated torque", "[unit]") {
+  for (const bool odrive : {false, true}) {
+    const MasterConfig sound = on_efforts(odrive ? odrive_config_of(2) : config_of(2), 1, 10e-3);
+    CHECK_NOTHROW(check(sound));
+    MasterConfig config = sound;
+    config.axes[0].displacement_max = INFINITY;
+    CHECK_THROWS_WITH(check(config), Catch::Contains("'cable 0': one that follows efforts must have limits"));
+    config = sound;
+    config.axes[0].canopen.rated_torque = 0;
+    if (odrive)
+      CHECK_NOTHROW(check(config));
+    else
+      CHECK_THROWS_WITH(check(config),
+                        Catch::Contains("'cable 0': to follow efforts it must have a rated torque"));
+  }
 }
 
 TEST_CASE("Homing in place, which each start would do elsewhere, needs the bit that tells it is done",

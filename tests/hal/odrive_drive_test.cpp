@@ -207,7 +207,7 @@ TEST_CASE("In torque control an axis turns until its load equals the input torqu
           "[unit]") {
   const auto [torque, balance] = GENERATE(table<double, double>({{0.5, 0.5}, {-0.2, -0.2}, {5, 2}}));
   CAPTURE(torque);
-  Bench bench({.top_speed = 2, .torque_limit = 2});
+  Bench bench({.top_speed = 2, .tuning = {.position_gain = 20, .friction = 0.2}, .torque_limit = 2});
   bench.say(encode_odrive_mode(2, {.control = kOdriveTorqueControl}));
   bench.say(encode_odrive_state(2, kOdriveClosedLoop));
   bench.advance(100 * kMillisecond_ns);

@@ -3,6 +3,11 @@
 #include "hal/cia402_setup.h"
 
 namespace tendril::hal::test {
+namespace {
+
+constexpr double kFriction = 0.2;  // a test that pulls at drives tells them so once a cycle
+
+}  // namespace
 
 MasterConfig config_of(int axes) {
   MasterConfig config;
@@ -28,6 +33,15 @@ MasterConfig odrive_config_of(int axes, OdriveFirmware firmware) {
   return config;
 }
 
+MasterConfig on_efforts(MasterConfig config, int count, double range) {
+  for (AxisConfig& axis : config.axes) {
+    if (count-- > 0) axis.set_point = SetPoint::kEffort;
+    axis.canopen.rated_torque = 1;
+    axis.displacement_min = -(axis.displacement_max = range);
+  }
+  return config;
+}
+
 SensorConfig camera(uint32_t id) {
   const auto coordinate = [](const char* name, int start) {
     return Signal{
@@ -41,14 +55,16 @@ SensorConfig camera(uint32_t id) {
 
 void add_drives(const MasterConfig& config, std::vector<Cia402Drive>& drives) {
   for (const AxisConfig& axis : config.axes)
-    drives.emplace_back(
-        DriveSpec{.node = axis.node,
-                  .pdo = axis.canopen.pdo,
-                  .rpdo_id = axis.canopen.mapping == Mapping::kAsFound ? rpdo_cob_id(axis) : 0,
-                  .tpdo_id = axis.canopen.mapping == Mapping::kAsFound ? tpdo_cob_id(axis) : 0,
-                  .position_counts = 1000.0 * axis.node,
-                  .incremental = axis.canopen.reference == Reference::kHoming,
-                  .referenced_bit = axis.canopen.referenced_bit});
+    drives.emplace_back(DriveSpec{
+        .node = axis.node,
+        .pdo = axis.canopen.pdo,
+        .rpdo_id = axis.canopen.mapping == Mapping::kAsFound ? rpdo_cob_id(axis) : 0,
+        .tpdo_id = axis.canopen.mapping == Mapping::kAsFound ? tpdo_cob_id(axis) : 0,
+        .position_counts = 1000.0 * axis.node,
+        .incremental = axis.canopen.reference == Reference::kHoming,
+        .referenced_bit = axis.canopen.referenced_bit,
+        .tuning = {.friction = kFriction},
+        .rpdo_target = axis.set_point == SetPoint::kEffort ? kMapTargetTorque : kMapTargetPosition});
 }
 
 void add_drives(const MasterConfig& config, std::vector<OdriveDrive>& drives) {

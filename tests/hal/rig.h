@@ -20,6 +20,10 @@ MasterConfig config_of(int axes);
 /// The same for ODrive axes, with nodes 0, 1, ...
 MasterConfig odrive_config_of(int axes, OdriveFirmware firmware = OdriveFirmware::k0_6);
 
+/// The same with the first `count` axes on efforts, rated 1 Nm, and all kept to a range.
+/// @param range  m, either way
+MasterConfig on_efforts(MasterConfig config, int count, double range);
+
 /// A camera that tells x, y, z of the tip in 10 µm, and how long ago it saw it in 10 µs.
 SensorConfig camera(uint32_t id);
 

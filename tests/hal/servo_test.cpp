@@ -173,16 +173,20 @@ TEST_CASE("Against a spring whose force is told only now and then it comes to re
   CHECK(last == Approx(1 / kStiffness).epsilon(1e-3));
 }
 
-TEST_CASE("An axis that pushes settles at the speed of its force less its load, within its speed limit",
-          "[law]") {
+TEST_CASE(
+    "An axis that pushes settles at the speed at which friction takes what the load leaves, within limits",
+    "[law]") {
   struct Row {
-    double force, load, limit, speed;
+    double friction, force, load, limit, speed;
   };
-  const Row row = GENERATE(Row{0.5, 0, 1, 0.5}, Row{0.5, 0.3, 1, 0.2}, Row{-0.5, 0.3, 1, -0.8},
-                           Row{0.4, 0.4, 1, 0}, Row{3, 0.5, 1, 0.5}, Row{0.5, 3, 1, -1},
-                           Row{1, -0.5, 0.2, 0.2}, Row{-1, 0, 0.2, -0.2}, Row{1, 1.2, 0.1, -0.2});
-  CAPTURE(row.force, row.load, row.limit);
-  Bench bench;
+  const Row row =
+      GENERATE(Row{1, 0.5, 0, 1, 0.5}, Row{1, 0.5, 0.3, 1, 0.2}, Row{1, -0.5, 0.3, 1, -0.8},
+               Row{1, 0.4, 0.4, 1, 0}, Row{1, 3, 0.5, 1, 0.5}, Row{1, 0.5, 3, 1, -1},
+               Row{1, 1, -0.5, 0.2, 0.2}, Row{1, -1, 0, 0.2, -0.2}, Row{1, 1, 1.2, 0.1, -0.2},
+               Row{0.1, 0.35, 0.3, 1, 0.5}, Row{0.1, 0.25, 0.3, 1, -0.5}, Row{0.1, 0.5, 0, 1, 1},
+               Row{0.1, 0.5, 0, 0.2, 0.2}, Row{0.1, -0.5, 0, 0.2, -0.2}, Row{0.1, 0.4, 0.4, 1, 0});
+  CAPTURE(row.friction, row.force, row.load, row.limit);
+  Bench bench({.friction = row.friction});
   bench.servo.set_load(row.load);
   bench.servo.limit_speed(row.limit);
   bench.servo.push(row.force);
@@ -195,6 +199,41 @@ TEST_CASE("An axis that pushes settles at the speed of its force less its load, 
   bench.servo.interpolate(there, kMillisecond_ns);
   bench.advance(1000 * kMillisecond_ns);
   CHECK(bench.servo.position() == Approx(there).margin(1e-9));
+}
+
+TEST_CASE("An axis that pushes runs up as its inertia and friction let it", "[law]") {
+  constexpr double kFriction = 0.2, kForce = 0.1;
+  Bench bench({.acceleration_time = 10e-3, .friction = kFriction});
+  bench.servo.push(kForce);
+  double error = 0;
+  bench.run(0.2, [&] {
+    const double t = 1e-9 * static_cast<double>(bench.now_ns);
+    const double v = kForce / kFriction * (1 - std::exp(-t * kFriction / 10e-3));
+    error = std::max(error, std::abs(bench.servo.velocity() - v));
+  });
+  CHECK(error < 2e-3);
+  CHECK(bench.servo.force() == Approx(kForce).epsilon(1e-3));
+}
+
+TEST_CASE("A servo tells what its motor exerts, whatever it does", "[law]") {
+  Bench bench;
+  bench.servo.set_load(0.3);
+  bench.servo.push(0.3);
+  bench.advance(100 * kMillisecond_ns);
+  CHECK(bench.servo.force() == Approx(0.3));
+  bench.servo.set_jammed(true);
+  bench.servo.push(-0.7);
+  bench.advance(10 * kMillisecond_ns);
+  CHECK(bench.servo.force() == Approx(-0.7));
+  bench.servo.set_jammed(false);
+  bench.servo.pass_through(bench.servo.position(), 0);
+  bench.advance(500 * kMillisecond_ns);
+  CHECK(bench.servo.force() == Approx(0.3));  // it bears the load
+  bench.servo.set_load(2);
+  bench.advance(500 * kMillisecond_ns);
+  CHECK(bench.servo.force() == 1);  // and no more than it can
+  bench.servo.lock();
+  CHECK(bench.servo.force() == 0);
 }
 
 TEST_CASE("Without power and where it is jammed an axis stands, whatever pulls at it", "[law]") {
