@@ -40,7 +40,7 @@ void fill(Feedback& feedback, std::int64_t now_ns, const hal::Measurement& measu
           const Decision& decision) noexcept {
   feedback.stamp_ns = now_ns;
   feedback.displacements_known = measurement.all_known;
-  feedback.efforts_known = decision.phase >= Phase::kRunning;
+  feedback.efforts_known = decision.lambda_acts;
   feedback.lambda = decision.lambda;
   feedback.delta_a.resize(decision.lambda.size());
   for (Eigen::Index a = 0; a < decision.lambda.size(); ++a) feedback.delta_a[a] = measurement.position[a];

@@ -40,6 +40,10 @@ Controller::Controller(const ControllerConfig& config) : config_(config) {
   bounds_ = {config.a_min, config.a_max, config.l_min, config.l_max};
   decision_.command.axes = m;
   decision_.lambda.setZero(m);
+  for (int a = 0; a < m; ++a) {
+    any_effort_ = any_effort_ || config.follows_effort[a];
+    decision_.command.effort[a] = rest_effort(a);
+  }
   decision_.desired.setZero(config.effector_coordinates);
   decision_.p_e.setZero(config.effector_coordinates);
   const double relaxing_s =
@@ -62,7 +66,7 @@ const Decision& Controller::step(const hal::Measurement& measurement, const Snap
     case Phase::kConnecting:
     case Phase::kModelling:
     case Phase::kEnabling:  // hold what is measured: enabling must not move anything
-      for (int a = 0; a < config_.actuators; ++a) delta_a_[a] = measurement.position[a];
+      expect(measurement, snapshot);
       break;
     case Phase::kRunning:  // the first command that drives follow is what they have measured
       serve_target(target, cycle.now_ns);
@@ -75,10 +79,40 @@ const Decision& Controller::step(const hal::Measurement& measurement, const Snap
     case Phase::kStopped:
       break;
   }
-  for (int a = 0; a < config_.actuators; ++a) decision_.command.position[a] = delta_a_[a];
-  decision_.command.enable = decision_.phase >= Phase::kEnabling && decision_.phase <= Phase::kStopping;
-  decision_.command.finish = decision_.phase >= Phase::kDisabling;
+  command();
   return decision_;
+}
+
+void Controller::command() noexcept {
+  hal::Command& command = decision_.command;
+  for (int a = 0; a < config_.actuators; ++a) {
+    command.position[a] = delta_a_[a];
+    command.effort[a] = allowed_effort(a);
+    if (config_.follows_effort[a]) decision_.lambda[a] = command.effort[a];
+  }
+  command.enable = decision_.phase >= Phase::kEnabling && decision_.phase <= Phase::kStopping;
+  command.finish = decision_.phase >= Phase::kDisabling;
+  decision_.lambda_acts = decision_.phase >= (any_effort_ ? Phase::kEnabling : Phase::kRunning);
+}
+
+/// λ within its limits; the last one where it is no number.
+double Controller::allowed_effort(int a) const noexcept {
+  const double lambda = decision_.lambda[a];
+  return std::isfinite(lambda) ? std::clamp(lambda, config_.a_min[a], config_.a_max[a])
+                               : decision_.command.effort[a];
+}
+
+/// Where all actuators are, and with which efforts, before the controller moves any.
+void Controller::expect(const hal::Measurement& measurement, const Snapshot* snapshot) noexcept {
+  if (snapshot) decision_.lambda = snapshot->lambda;
+  for (int a = 0; a < config_.actuators; ++a)
+    if (config_.follows_effort[a]) decision_.lambda[a] = allowed_effort(a);
+  for (int a = 0; a < config_.actuators; ++a) {
+    delta_a_[a] = measurement.position[a];
+    if (!snapshot || !config_.follows_effort[a]) continue;
+    const double modelled = snapshot->W_aa.row(a).dot(decision_.lambda) + snapshot->delta_a_free[a];
+    if (std::isfinite(modelled)) delta_a_[a] = modelled;
+  }
 }
 
 void Controller::enter(Phase phase, std::int64_t now_ns) noexcept {
@@ -118,9 +152,8 @@ void Controller::advance_phase(const hal::Measurement& measurement, const Snapsh
     case Phase::kEnabling:
       if (!measurement.all_enabled) break;
       enter(Phase::kRunning, now_ns);
-      for (int a = 0; a < config_.actuators; ++a) delta_a_[a] = measurement.position[a];
+      expect(measurement, snapshot);
       velocity_.setZero();
-      decision_.lambda = snapshot->lambda;
       decision_.p_e.noalias() = snapshot->W_ea * decision_.lambda + snapshot->p_e_free;
       decision_.desired = decision_.p_e;
       break;
@@ -199,16 +232,37 @@ double Controller::rest_displacement(int a) const noexcept {
   return std::clamp(0.0, config_.l_min[a], config_.l_max[a]);
 }
 
+double Controller::rest_effort(int a) const noexcept {
+  return std::clamp(0.0, config_.a_min[a], config_.a_max[a]);
+}
+
 bool Controller::at_rest() const noexcept {
   bool there = velocity_.isZero(0);
   for (int a = 0; a < config_.actuators && config_.stop == StopAction::kRelax; ++a)
-    there = there && std::abs(delta_a_[a] - rest_displacement(a)) < kArrived * config_.v_max[a];
+    there = there && (config_.follows_effort[a]
+                          ? decision_.lambda[a] == rest_effort(a)
+                          : std::abs(delta_a_[a] - rest_displacement(a)) < kArrived * config_.v_max[a]);
   return there;
+}
+
+/// Holds the effort, or lets it go to rest in such a time as the displacement would take for as much of its
+/// range.
+void Controller::brake_effort(int a, bool relax) noexcept {
+  velocity_[a] = 0;
+  if (!relax) return;
+  const double cycles =
+      (config_.l_max[a] - config_.l_min[a]) / (kRelaxShare * config_.v_max[a] * config_.period_s);
+  const double step = (config_.a_max[a] - config_.a_min[a]) / std::max(cycles, 1.0);
+  decision_.lambda[a] += std::clamp(rest_effort(a) - decision_.lambda[a], -step, step);
 }
 
 void Controller::brake(bool relax) noexcept {
   const double T = config_.period_s;
   for (int a = 0; a < config_.actuators; ++a) {
+    if (config_.follows_effort[a]) {
+      brake_effort(a, relax);
+      continue;
+    }
     const double deceleration = config_.v_max[a] / kRampTime;
     double wanted = 0;
     if (relax) {

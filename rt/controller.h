@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "hal/drives.h"
@@ -31,14 +32,15 @@ enum class StopAction : std::uint8_t {
 };
 
 struct ControllerConfig {
-  int actuators = 0;                            ///< m
-  int effector_coordinates = 0;                 ///< e
-  ActuatorVector a_min, a_max;                  ///< efforts, m, N or Pa
-  ActuatorVector l_min, l_max;                  ///< displacements, m, m or m³
-  ActuatorVector v_max;                         ///< top rates, > 0, m, m/s or m³/s
-  EffectorVector workspace_min, workspace_max;  ///< where targets may lie, e, m or m³; may be infinite
-  int iteration_cap = 100;                      ///< of the QP
-  double period_s = 0;                          ///< s
+  int actuators = 0;                                 ///< m
+  int effector_coordinates = 0;                      ///< e
+  ActuatorVector a_min, a_max;                       ///< efforts, m, N or Pa
+  ActuatorVector l_min, l_max;                       ///< displacements, m, m or m³
+  ActuatorVector v_max;                              ///< top rates, > 0, m, m/s or m³/s
+  std::array<bool, kMaxActuators> follows_effort{};  ///< the drive gets the effort, not the displacement
+  EffectorVector workspace_min, workspace_max;       ///< where targets may lie, e, m or m³; may be infinite
+  int iteration_cap = 100;                           ///< of the QP
+  double period_s = 0;                               ///< s
   std::int64_t snapshot_age_limit_ns = 0;
   std::int64_t target_age_limit_ns = 0;
   int late_cycles_limit = 0;  ///< in a row
@@ -58,12 +60,13 @@ struct Cycle {
 /// What one cycle came to.
 struct Decision {
   Phase phase = Phase::kConnecting;
-  hal::Command command;    ///< to the drives
-  FaultSet faults;         ///< present in this cycle
-  ActuatorVector lambda;   ///< efforts the command stands for, m, N or Pa
-  EffectorVector desired;  ///< target served, e, m or m³
-  EffectorVector p_e;      ///< where the model puts the effectors under lambda, e, m or m³
-  bool qp_solved = false;  ///< whether a QP was posed in this cycle
+  hal::Command command;      ///< to the drives
+  FaultSet faults;           ///< present in this cycle
+  ActuatorVector lambda;     ///< efforts the command stands for, m, N or Pa
+  bool lambda_acts = false;  ///< drives may exert lambda already, so that the model is to follow it
+  EffectorVector desired;    ///< target served, e, m or m³
+  EffectorVector p_e;        ///< where the model puts the effectors under lambda, e, m or m³
+  bool qp_solved = false;    ///< whether a QP was posed in this cycle
   qp::Status qp_status = qp::Status::kOptimal;
   int qp_iterations = 0;
   std::int64_t snapshot_age_ns = 0;
@@ -77,6 +80,12 @@ struct Decision {
 /// the latter narrowed to what the top rates allow within one period, and commands δ_a = W_aa λ + δ_a_free.
 /// D, the squares of the effectors' weights, comes with the snapshot. Whatever happens, no command moves an
 /// actuator faster than its top rate or leads it further out of its limits.
+///
+/// Every command holds both δ_a and λ; the drive of an actuator that follows efforts gets λ, and then δ_a is
+/// where the model expects it. Such a drive exerts what it is told as soon as it is enabled: the efforts with
+/// which the model rests at the displacements measured before. These move it by as much as the model errs, so
+/// from then on the model follows the efforts and not the displacements. No effort that is commanded is ever
+/// beyond its limits, or not finite.
 class Controller {
  public:
   /// Real-time: no (copies).
@@ -108,7 +117,12 @@ class Controller {
   void run(const Snapshot& snapshot, std::int64_t now_ns) noexcept;
   void solve(const Snapshot& snapshot) noexcept;
   void brake(bool relax) noexcept;
+  void brake_effort(int a, bool relax) noexcept;
+  void expect(const hal::Measurement& measurement, const Snapshot* snapshot) noexcept;
+  void command() noexcept;
+  double allowed_effort(int a) const noexcept;
   double rest_displacement(int a) const noexcept;
+  double rest_effort(int a) const noexcept;
   bool at_rest() const noexcept;
 
   ControllerConfig config_;
@@ -118,6 +132,7 @@ class Controller {
   ActuatorVector delta_a_;   // last command, m or m³
   ActuatorVector velocity_;  // of the last command, m/s or m³/s
   ActuatorVector g_;         // linear term of the QP
+  bool any_effort_ = false;  // an actuator follows efforts
   bool has_target_ = false;
   bool faulted_ = false;
   Fault stop_reason_ = Fault::kDrives;

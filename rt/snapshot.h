@@ -38,7 +38,7 @@ struct Snapshot {
 struct Feedback {
   std::int64_t stamp_ns = 0;
   bool displacements_known = false;  ///< delta_a holds what the drives measured
-  bool efforts_known = false;        ///< lambda holds what the controller last asked for
+  bool efforts_known = false;        ///< lambda holds what the drives exert, or what stands for their command
   ActuatorVector delta_a;            ///< measured displacements, m, m or m³
   ActuatorVector lambda;             ///< efforts, m, N or Pa
 };

@@ -411,6 +411,7 @@ TEST_CASE("A step of the largest robot makes no heap call in any phase", "[rt]")
   config.period_s = testing::kPeriod_s;
   config.snapshot_age_limit_ns = config.target_age_limit_ns = 20 * kMillisecond;
   config.stop = GENERATE(StopAction::kHold, StopAction::kRelax);
+  for (int a = 0; a < m; a += 2) config.follows_effort[a] = true;
   Controller controller(config);
 
   std::srand(5);
