@@ -121,6 +121,23 @@ void report_cavities(const Config& config, const fem::Model& model, Report& repo
   if (!text.empty()) report.line("cavities", text + " in the shape of the mesh");
 }
 
+/// Which actuators are commanded their efforts, and in what steps where their drives count torques.
+void report_efforts(const Config& config, Report& report) {
+  report.json["follow_efforts"] = nlohmann::ordered_json::array();
+  std::string text;
+  for (const ActuatorConfig& actuator : config.actuators) {
+    if (!actuator.follows_effort()) continue;
+    report.json["follow_efforts"].push_back(actuator.name);
+    text += (text.empty() ? "" : ", ") + actuator.name;
+    if (config.bus.protocol != hal::Protocol::kCanopen) continue;
+    const double step =
+        1e-3 * actuator.drive.canopen.rated_torque / std::abs(actuator.drive.scale().to_torque(1));
+    text += fmt::format(" in steps of {:.3g} {}", actuator.is_cavity() ? 1e-3 * step : step,
+                        actuator.is_cavity() ? "kPa" : "N");
+  }
+  if (!text.empty()) report.line("efforts", "commanded instead of displacements: " + text);
+}
+
 void report_sensors(const Config& config, Report& report) {
   report.json["sensors"] = nlohmann::ordered_json::array();
   std::string text;
@@ -213,6 +230,7 @@ int check_robot(const Config& config, bool json) {
   report.line("robot", fmt::format("{} of at most {}, {} of at most {}", count(limits.actuators, "actuator"),
                                    kMaxActuators, count(limits.effector_coordinates, "effector coordinate"),
                                    kMaxEffectorCoordinates));
+  report_efforts(config, report);
   report.line("bus", budget.text);
   report_sensors(config, report);
   if (const std::string advice = advice_on_power_on(config); !advice.empty()) report.advice.push_back(advice);

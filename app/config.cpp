@@ -107,6 +107,7 @@ void read_servo(Reader& r, ServoConfig& servo, hal::Protocol protocol) {
   r.may("acceleration_time", servo.acceleration_time, Dimension::kTime, Range{.at_least = 1e-3});
   r.may("position_gain", servo.position_gain, Dimension::kInverseTime, Range{.above = 0, .at_most = 1000});
   r.may("force_limit", servo.force_limit, Dimension::kNumber, kPositive);
+  r.may("friction", servo.friction, Dimension::kNumber, Range{.above = 0, .at_most = 1});
   r.may("following_error", servo.following_error,
         only_with(hal::Protocol::kCanopen, protocol, Dimension::kNumber, Range{.above = 0, .at_most = 1}));
   r.may("encoder_counts", servo.encoder_counts,

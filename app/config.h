@@ -92,12 +92,15 @@ struct DriveConfig {
                                      // pulley (its circumference), the screw (lead) or the pump (volume)
   bool reversed = false;             // true where the displacement falls as the count rises
   double offset = 0;                 // m or m³: displacement where the drive reads 0
+  hal::SetPoint set_point = hal::SetPoint::kDisplacement;
   hal::CanopenAxis canopen;
   std::optional<bool>
       counts_from_power_on;   // ODrive's must say: from wherever the axis then stood, or it knows
   double velocity_limit = 0;  // rev/s, of an ODrive axis; 0: as it is set up
   double current_limit = 0;   // A, likewise; both or neither
   int line = 0;
+
+  hal::AxisScale scale() const { return {counts_per_turn, displacement_per_turn, reversed, offset}; }
 };
 
 /// A cable that pulls: its effort is the tension, its displacement the shortening.
@@ -133,6 +136,7 @@ struct ActuatorConfig {
   DriveConfig drive;
 
   bool is_cavity() const { return std::holds_alternative<CavityConfig>(kind); }
+  bool follows_effort() const { return drive.set_point == hal::SetPoint::kEffort; }
 };
 
 /// The two loops: how fast, how long old data serves, and where the effectors may go.
@@ -198,8 +202,10 @@ struct MotionConfig {
 /// actuator.
 struct ServoConfig {
   double acceleration_time = hal::ServoTuning{}.acceleration_time;  // s to top speed, without load
-  std::optional<double> position_gain;    // 1/s; none: as drives of the protocol are delivered
-  double force_limit = 2;                 // largest efforts of the actuator
+  std::optional<double> position_gain;  // 1/s; none: as drives of the protocol are delivered
+  double force_limit = 2;               // largest efforts of the actuator
+  double friction =
+      hal::ServoTuning{}.friction;        // of the force limit, at top speed, where it follows efforts
   std::optional<double> following_error;  // of the range of displacements; none: the drives do not watch it
   int encoder_counts = 8192;              // in a turn of an ODrive axis
 };

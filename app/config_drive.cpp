@@ -59,6 +59,7 @@ void read_canopen(Reader& r, hal::CanopenAxis& axis, hal::Protocol protocol, Dim
   r.may("homing", axis.homing, only_with(kCanopen, protocol, read_homing));
   r.may("soft_limits", axis.soft_limits, only_with(kCanopen, protocol));
   r.may("following_error", axis.following_error, only_with(kCanopen, protocol, dimension, kPositive));
+  r.may("rated_torque", axis.rated_torque, only_with(kCanopen, protocol, Dimension::kTorque, kPositive));
 }
 
 void refuse_counts(const Value& v, double&) {
@@ -90,6 +91,9 @@ std::function<void(Reader&, DriveConfig&)> drive_of(hal::Protocol protocol, std:
       r.may("reference", drive.canopen.reference,
             Words<hal::Reference>{{"absolute", hal::Reference::kAbsolute},
                                   {"homing", hal::Reference::kHoming}});
+    r.may("setpoint", drive.set_point,
+          Words<hal::SetPoint>{{"displacement", hal::SetPoint::kDisplacement},
+                               {"effort", hal::SetPoint::kEffort}});
     read_canopen(r, drive.canopen, protocol, dimension);
     r.may("velocity_limit", drive.velocity_limit,
           only_with(kOdrive, protocol, Dimension::kTurnRate, kPositive));

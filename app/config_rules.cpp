@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <vector>
 
@@ -92,6 +93,7 @@ void check_actuators(const Value& robot, const Config& config) {
 }
 
 constexpr auto kOdrive = hal::Protocol::kOdrive;
+constexpr double kLargestTorque = 32.767;  // rated ones, object 6071, i16 in thousandths
 
 /// @return the node ids in use
 std::vector<int> check_nodes(const Value& robot, const Config& config) {
@@ -150,6 +152,37 @@ void check_references(const Value& robot, const Config& config) {
                             "takes wherever the axis stands at a start for the zero",
                             *axis.homing.method));
     }
+  }
+}
+
+/// A drive that is commanded torques knows what they are thousandths of, and has room for the largest.
+void check_torques(const Value& drive, const ActuatorConfig& actuator) {
+  const double rated = actuator.drive.canopen.rated_torque;
+  if (!(rated > 0))
+    drive.at("rated_torque").fail("the torque that the drive calls 1000, as drive.setpoint is effort");
+  const double largest = std::max(std::abs(actuator.effort_min), std::abs(actuator.effort_max));
+  const double torque = std::abs(actuator.drive.scale().to_torque(largest));
+  if (torque > kLargestTorque * rated)
+    drive.at("rated_torque")
+        .fail(
+            fmt::format("at least {:.4g} Nm, as the largest effort is a torque of {:.4g} Nm and object 6071 "
+                        "holds 32.767 times the rated one",
+                        torque / kLargestTorque, torque));
+}
+
+void check_set_points(const Value& robot, const Config& config) {
+  for (std::size_t i = 0; i < config.actuators.size(); ++i) {
+    const ActuatorConfig& actuator = config.actuators[i];
+    const hal::CanopenAxis& axis = actuator.drive.canopen;
+    const Value drive = robot.at("actuators").at(i).at("drive");
+    if (!actuator.follows_effort()) {
+      if (axis.rated_torque > 0)
+        drive.at("rated_torque").fail("no such key, as drive.setpoint is displacement");
+      continue;
+    }
+    if (axis.following_error > 0)
+      drive.at("following_error").fail("no such key, as drive.setpoint is effort");
+    if (config.bus.protocol != kOdrive) check_torques(drive, actuator);
   }
 }
 
@@ -229,6 +262,7 @@ void check_rules(const Value& robot, const Config& config) {
   const std::vector<int> nodes = check_nodes(robot, config);
   check_limits(robot, config);
   check_references(robot, config);
+  check_set_points(robot, config);
   check_bus(robot, config);
   check_sensors(robot, config, nodes);
   check_motion(robot, config);

@@ -105,6 +105,8 @@ class OneAxis {
  private:
   static hal::MasterConfig alone(hal::MasterConfig config, std::size_t actuator) {
     config.axes = {config.axes[actuator]};
+    config.axes[0].set_point =
+        hal::SetPoint::kDisplacement;  // by hand an axis goes somewhere, whatever it follows
     return config;
   }
 

@@ -26,6 +26,7 @@ hal::SimulatedActuator simulated(const ActuatorConfig& actuator, const ServoConf
           .displacement = displacement,
           .force_limit = largest_effort > 0 ? servo.force_limit * largest_effort : kUnlimited,
           .acceleration_time = servo.acceleration_time,
+          .friction = servo.friction,
           .position_gain = servo.position_gain,
           .following_error = servo.following_error ? *servo.following_error * range : kUnlimited,
           .encoder_counts = servo.encoder_counts};

@@ -61,6 +61,8 @@ constexpr std::array kUnits = {
     Unit{"rpm", Dimension::kTurnRate, 1, 60},
     Unit{"A", Dimension::kCurrent},
     Unit{"mA", Dimension::kCurrent, 1, 1e3},
+    Unit{"Nm", Dimension::kTorque},
+    Unit{"mNm", Dimension::kTorque, 1, 1e3},
 };
 
 struct Noun {
@@ -101,6 +103,8 @@ Noun noun_of(Dimension dimension) {
       return {"a turn rate", "turn rates"};
     case Dimension::kCurrent:
       return {"a current", "currents"};
+    case Dimension::kTorque:
+      return {"a torque", "torques"};
   }
   return {"a value", "values"};
 }

@@ -25,6 +25,7 @@ enum class Dimension {
   kFlow,          // m³/s
   kTurnRate,      // rev/s
   kCurrent,       // A
+  kTorque,        // Nm
 };
 
 /// Reads "numbers unit" ("0 0 125 mm", "150 kPa", "0.45") whatever the locale: as many finite decimal numbers

@@ -184,6 +184,7 @@ rt::ControllerConfig controller_config(const Config& config) {
     result.l_min[a] = actuator.displacement_min;
     result.l_max[a] = actuator.displacement_max;
     result.v_max[a] = actuator.top_rate;
+    result.follows_effort[a] = actuator.follows_effort();
   }
   const auto e = static_cast<Eigen::Index>(rows.size());
   result.workspace_min.setZero(e);  // of volumes
@@ -209,7 +210,8 @@ hal::MasterConfig master_config(const Config& config) {
     hal::AxisConfig axis;
     axis.name = actuator.name;
     axis.node = drive.node;
-    axis.scale = {drive.counts_per_turn, drive.displacement_per_turn, drive.reversed, drive.offset};
+    axis.scale = drive.scale();
+    axis.set_point = drive.set_point;
     axis.displacement_min = actuator.displacement_min;
     axis.displacement_max = actuator.displacement_max;
     axis.canopen = drive.canopen;

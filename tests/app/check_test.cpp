@@ -132,6 +132,14 @@ TEST_CASE("The check tells which axes a person must power on in a known place", 
              Catch::StartsWith("drive.reference is power_on of 'right', 'left': these must get power where"));
 }
 
+TEST_CASE("The check tells which axes follow efforts, and in what steps", "[scenario]") {
+  const RobotFile mixed(finger({{"node: 2, ", "node: 2, setpoint: effort, rated_torque: 20 mNm, "}}));
+  CHECK(check(mixed.path().string(), 0).at("follow_efforts") == std::vector<std::string>{"left"});
+  const Ended ended = run({kDaemon, mixed.path().string(), "--check"});
+  CHECK_THAT(ended.out, Catch::Contains("commanded instead of displacements: left in steps of 0.004 N\n"));
+  CHECK(check(kConfig + "finger.yaml", 0).at("follow_efforts").empty());
+}
+
 TEST_CASE("The check tells what a cavity holds at rest, and what keeps its effector from a waypoint",
           "[scenario]") {
   const auto block = [](const std::string& weight) {

@@ -158,6 +158,38 @@ TEST_CASE("What a drive is told of its reference must make sense", "[unit]") {
         {"actuators[0].drive.homing.speed_search: found '0', expected a whole number no less than 1"}}});
 }
 
+TEST_CASE("A drive that follows efforts must know its torques, and no other may", "[unit]") {
+  const auto drive = [](const std::string& more) { return "node: 1, " + more + ","; };
+  check_mistakes(
+      {{"node: 1,",
+        drive("setpoint: force"),
+        nullptr,
+        {"actuators[0].drive.setpoint: found 'force', expected displacement or effort"}},
+       {"node: 1,",
+        drive("setpoint: effort"),
+        nullptr,
+        {"actuators[0].drive.rated_torque: found nothing, expected the torque that the drive calls 1000"}},
+       {"node: 1,",
+        drive("setpoint: effort, rated_torque: 0 Nm"),
+        nullptr,
+        {"actuators[0].drive.rated_torque: found '0 Nm', expected a value above 0 Nm"}},
+       {"node: 1,",
+        drive("rated_torque: 1 Nm"),
+        nullptr,
+        {"actuators[0].drive.rated_torque: found '1 Nm', expected no such key, as drive.setpoint is "
+         "displacement"}},
+       // 8 N on 10 mm
+       {"node: 1,",
+        drive("setpoint: effort, rated_torque: 2 mNm"),
+        nullptr,
+        {"actuators[0].drive.rated_torque: found '2 mNm', expected at least 0.002441 Nm", "0.08 Nm"}},
+       {"node: 1,",
+        drive("setpoint: effort, rated_torque: 1 Nm, following_error: 1 mm"),
+        nullptr,
+        {"actuators[0].drive.following_error: found '1 mm', expected no such key, as drive.setpoint is "
+         "effort"}}});
+}
+
 /// kGood with ODrive axes: nodes 1 and 2, positions in turns, absolute encoders, the heartbeats that the
 /// drives come with.
 std::string good_odrive() {
@@ -209,6 +241,12 @@ TEST_CASE("The encoder of an ODrive axis turns as often as its gear says while t
   CHECK(master.axes[0].scale.to_position(circumference(0.010)) == Approx(-12.5));
   CHECK(master.axes[1].scale.to_position(circumference(0.011)) == Approx(1));
   CHECK_NOTHROW(tendril::hal::check(master));
+}
+
+TEST_CASE("An ODrive axis follows efforts as it is, its torques being in Nm", "[unit]") {
+  CHECK(error_with("node: 1,", "node: 1, setpoint: effort,") == "no error");
+  CHECK_THAT(error_with("node: 1,", "node: 1, setpoint: effort, rated_torque: 1 Nm,"),
+             Catch::Contains("rated_torque: found '1 Nm', expected no such key, as bus.protocol is odrive"));
 }
 
 TEST_CASE("Keys that belong to the other protocol are refused, and so are ODrive's own mistakes", "[unit]") {

@@ -238,6 +238,8 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(air.displacement_max == 15e-6);
   CHECK(air.top_rate == 5e-6);
   CHECK(air.drive.displacement_per_turn == Approx(0.8e-6));
+  CHECK(air.follows_effort());
+  CHECK(air.drive.canopen.rated_torque == Approx(0.02));
   CHECK(c.control.rate_hz == 1000);
   CHECK(c.control.epsilon == 1e-4);
   CHECK(c.control.iteration_cap == 50);
@@ -288,6 +290,7 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(c.plant->damping_stiffness == 0.02);
   CHECK(c.plant->time_step == 0.005);
   CHECK(c.plant->drives.force_limit == 1.5);
+  CHECK(c.plant->drives.friction == 0.1);
   CHECK(c.plant->drives.acceleration_time == Approx(8e-3));
   CHECK(c.plant->drives.position_gain == 60);
   CHECK(c.plant->drives.following_error == 0.1);
@@ -348,6 +351,7 @@ bus: {name: can0, master_node: 1}
   CHECK(c.actuators[0].drive.canopen.soft_limits);
   CHECK(c.actuators[0].drive.canopen.mapping == tendril::hal::Mapping::kConfigure);
   CHECK(c.actuators[0].drive.canopen.following_error == 0);
+  CHECK_FALSE(c.actuators[0].follows_effort());
   CHECK(c.fixed.line == 5);
   CHECK(c.bus.line == 14);
 }

@@ -87,6 +87,15 @@ TEST_CASE("A jog without its drive says which one is silent", "[scenario]") {
   bench.plant().send(SIGCONT);
 }
 
+TEST_CASE("A jog moves an axis that follows efforts by its position", "[scenario]") {
+  const std::string drive = "node: 2, counts_per_turn: 65536";
+  Workbench bench({{drive, drive + ", setpoint: effort, rated_torque: 20 mNm"}});
+  const Ended out = run(bench.jog("left", {"--by", "2 mm", "--speed", "10 mm/s"}));
+  INFO(out.err << out.out);
+  CHECK(out.code == 0);
+  CHECK(lines_of(out.out).back() == "'left' went from 0.000 to 2.000 mm, as its drive says");
+}
+
 TEST_CASE("A jog homes its axis first where it has to, and refuses one that then has no reference",
           "[scenario]") {
   const std::string drive = "node: 2, counts_per_turn: 65536";

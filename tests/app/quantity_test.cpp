@@ -51,7 +51,8 @@ const UnitCase kUnits[] = {
     {"l/s", Dimension::kFlow, 1e-3},      {"ml/s", Dimension::kFlow, 1e-6},
     {"l/min", Dimension::kFlow, 1 / 6e4}, {"ml/min", Dimension::kFlow, 1 / 6e7},
     {"rev/s", Dimension::kTurnRate, 1},   {"rpm", Dimension::kTurnRate, 1.0 / 60},
-    {"A", Dimension::kCurrent, 1},        {"mA", Dimension::kCurrent, 1e-3}};
+    {"A", Dimension::kCurrent, 1},        {"mA", Dimension::kCurrent, 1e-3},
+    {"Nm", Dimension::kTorque, 1},        {"mNm", Dimension::kTorque, 1e-3}};
 
 /// A locale in which numbers look like 1.234,5.
 struct CommaLocale : std::numpunct<char> {

@@ -90,6 +90,16 @@ TEST_CASE("A plant without its section is refused with what the section is for",
                                              Catch::Contains("simulated robot"));
 }
 
+TEST_CASE("What an axis follows is told to controller and drives alike", "[unit]") {
+  const Config config = finger_config({{"node: 2, ", "node: 2, setpoint: effort, rated_torque: 20 mNm, "}});
+  const hal::MasterConfig master = master_config(config);
+  CHECK(master.axes[0].set_point == hal::SetPoint::kDisplacement);
+  CHECK(master.axes[1].set_point == hal::SetPoint::kEffort);
+  CHECK(master.axes[1].canopen.rated_torque == 0.02);
+  CHECK_FALSE(controller_config(config).follows_effort[0]);
+  CHECK(controller_config(config).follows_effort[1]);
+}
+
 TEST_CASE("The controller's limits are those of the file in SI units", "[unit]") {
   const rt::ControllerConfig c =
       controller_config(finger_config({{"stroke: -3 6 mm", "stroke: -4 7 mm"},

@@ -19,7 +19,10 @@ RATE_HZ = 100
 STROKE_MM = (-3, 6)
 TOP_SPEED_MM_S = 30
 TRACE_MM = 1e-4  # the resolution of trace.csv
-COUNT_MM = 2 * 3.141592653589793 * 5 / 65536
+TRACE_N = 1e-5  # likewise of efforts
+RADIUS_MM = 5
+COUNT_MM = 2 * 3.141592653589793 * RADIUS_MM / 65536
+RATED_NM = 0.02
 
 
 class Run:
@@ -47,10 +50,14 @@ class Run:
         return [1e3 * float(row[column]) for row in self.rows]
 
 
-def run_with_plant(protocol, flooded=False):
-    """A run of daemon and simulated robot. flooded: while others talk"""
+def run_with_plant(protocol, flooded=False, changes=()):
+    """A run of daemon and simulated robot.
+
+    flooded: while others talk
+    changes: of the robot file, as for bench.finger
+    """
     with contextlib.ExitStack() as stack:
-        robot = stack.enter_context(bench.Bench(bench.finger(protocol)))
+        robot = stack.enter_context(bench.Bench(bench.finger(protocol, changes)))
         log = stack.enter_context(bus_log.BusLog(robot.folder))
         if flooded:
             stack.enter_context(robot.flood())
@@ -74,18 +81,25 @@ class BusTest(unittest.TestCase):
 
     def check_targets(self, run, drive, targets, resolution):
         """The targets on the bus are those of the trace, one a cycle, and keep to the actuator's limits."""
-        traced = run.trace_mm(f"command_{drive}_m")
         close = resolution / 2 + TRACE_MM / 2 + 1e-9
+        self.check_carried(drive, targets, run.trace_mm(f"command_{drive}_m"), close)
+        self.assertTrue(all(STROKE_MM[0] <= target <= STROKE_MM[1] for target in targets))
+        steps = [abs(b - a) for a, b in zip(targets, targets[1:])]
+        self.assertLessEqual(max(steps), TOP_SPEED_MM_S / RATE_HZ + 2 * close)
+        self.assertGreater(max(targets) - min(targets), 0.3, "it did not move")
 
+    def check_torques(self, run, drive, torques, resolution):
+        """The torques on the bus are those of the efforts in the trace, one a cycle."""
+        traced = [1e-3 * RADIUS_MM * float(row[f"effort_{drive}_N"]) for row in run.rows]
+        self.check_carried(drive, torques, traced, resolution / 2 + 1e-3 * RADIUS_MM * TRACE_N / 2 + 1e-9)
+        self.assertGreater(max(torques) - min(torques), 1e-4, "it never pulled more")
+
+    def check_carried(self, drive, targets, traced, close):
         def begins_at(start):
             return all(abs(target - value) <= close for target, value in zip(targets[start:], traced))
 
         starts = range(len(targets) - len(traced) + 1)
         self.assertTrue(any(begins_at(start) for start in starts), f"{drive}: the trace is not what the bus carried")
-        self.assertTrue(all(STROKE_MM[0] <= target <= STROKE_MM[1] for target in targets))
-        steps = [abs(b - a) for a, b in zip(targets, targets[1:])]
-        self.assertLessEqual(max(steps), TOP_SPEED_MM_S / RATE_HZ + 2 * close)
-        self.assertGreater(max(targets) - min(targets), 0.3, "it did not move")
 
     def check_positions(self, run, drive, positions):
         """The positions of the trace are those of the bus, in order; a cycle may see several, or none that is new."""
@@ -203,6 +217,27 @@ class OdriveBusTest(BusTest):
                 elif entry.name == f"Drive_{drive}_input":
                     self.assertAlmostEqual(position, entry.signals["target_position"], 6)
                     break
+
+
+class EffortBusTest(BusTest):
+    """One axis follows efforts, the other displacements."""
+
+    def run_on(self, protocol, drive):
+        return run_with_plant(protocol, changes=[("node: 2, ", f"node: 2, {drive}, ")])
+
+    def test_cia402_torques_are_the_efforts_of_the_trace(self):
+        run = self.run_on("canopen", f"setpoint: effort, rated_torque: {RATED_NM} Nm")
+        self.check_summary(run)
+        self.check_torques(run, "left", run.signals("Drive_left_RPDO", "target_torque"), 1e-3 * RATED_NM)
+        self.check_targets(run, "right", run.signals("Drive_right_RPDO", "target_position"), COUNT_MM)
+
+    def test_odrive_torques_are_the_efforts_of_the_trace(self):
+        run = self.run_on("odrive", "setpoint: effort")
+        self.check_summary(run)
+        self.check_torques(run, "left", run.signals("Drive_left_input", "target_torque"), 1e-9)
+        self.check_targets(run, "right", run.signals("Drive_right_input", "target_position"), 1e-6)
+        self.assertEqual({(1, 1)}, {tuple(entry.signals.values()) for entry in run.of("Drive_left_mode")})
+        self.assertEqual({(3, 1)}, {tuple(entry.signals.values()) for entry in run.of("Drive_right_mode")})
 
 
 if __name__ == "__main__":

@@ -45,6 +45,16 @@ Config with_odrive(const std::string& robot, const std::string& firmware) {
   return config;
 }
 
+Config on_efforts(Config config, const std::vector<int>& axes) {
+  for (const int a : axes) {
+    ActuatorConfig& actuator = config.actuators[a];
+    actuator.drive.set_point = hal::SetPoint::kEffort;
+    if (config.bus.protocol == hal::Protocol::kCanopen)
+      actuator.drive.canopen.rated_torque = std::abs(actuator.drive.scale().to_torque(actuator.effort_max));
+  }
+  return config;
+}
+
 bool within_limits(const Config& config, const std::vector<rt::TraceRecord>& trace) {
   for (size_t k = 1; k < trace.size(); ++k) {
     if (trace[k].phase < rt::Phase::kRunning) continue;
@@ -55,9 +65,22 @@ bool within_limits(const Config& config, const std::vector<rt::TraceRecord>& tra
       if (trace[k].command[a] > actuator.displacement_max + rounding ||
           trace[k].command[a] < actuator.displacement_min - rounding)
         return false;
-      if (step > actuator.top_rate / config.control.rate_hz + rounding) return false;
+      if (!actuator.follows_effort() && step > actuator.top_rate / config.control.rate_hz + rounding)
+        return false;
     }
   }
+  return true;
+}
+
+bool within_effort_limits(const Config& config, const std::vector<rt::TraceRecord>& trace) {
+  for (const rt::TraceRecord& record : trace)
+    for (size_t a = 0; a < config.actuators.size(); ++a) {
+      const ActuatorConfig& actuator = config.actuators[a];
+      if (!std::isfinite(record.lambda[a])) return false;
+      if (record.phase >= rt::Phase::kEnabling && actuator.follows_effort() &&
+          (record.lambda[a] < actuator.effort_min || record.lambda[a] > actuator.effort_max))
+        return false;
+    }
   return true;
 }
 

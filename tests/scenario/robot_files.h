@@ -18,8 +18,14 @@ Config diamond();
 std::string odrive_yaml(const std::string& robot, const std::string& firmware = "0.6");
 Config with_odrive(const std::string& robot, const std::string& firmware = "0.6");
 
+/// The same robot with some axes on efforts, with drives whose rated torque is that of the largest effort.
+Config on_efforts(Config config, const std::vector<int>& axes);
+
 /// True where every command of the trace keeps to strokes and top speeds, but for rounding.
 bool within_limits(const Config& config, const std::vector<rt::TraceRecord>& trace);
+
+/// True where every effort of the trace is finite and, from when drives are enabled on, within its limits.
+bool within_effort_limits(const Config& config, const std::vector<rt::TraceRecord>& trace);
 
 /// Distances of the simulated tip from the wanted one in the first effector's controlled coordinates, at
 /// every time step of the body on the path, mm.
