@@ -111,10 +111,10 @@ class Master:
         self.heartbeat_of(cia402.BOOT_UP)
         self.frames.clear()
 
-    def set_up(self, receive_type=1):
+    def set_up(self, receive_type=1, target=0x607A0020, mode=8):
         """PDOs and mode as a CSP master wants them; the COB-IDs also say, in bit 30, that no remote frame is sent."""
         for communication, mapping, cob_id, first, second, kind in (
-            (0x1400, 0x1600, 0x200 + self.node, 0x60400010, 0x607A0020, receive_type),
+            (0x1400, 0x1600, 0x200 + self.node, 0x60400010, target, receive_type),
             (0x1800, 0x1A00, 0x180 + self.node, 0x60410010, 0x60640020, 1),
         ):
             self.write(communication, 1, 4, 0xC0000000 | cob_id)
@@ -124,7 +124,7 @@ class Master:
             self.write(mapping, 0, 1, 2)
             self.write(communication, 2, 1, kind)
             self.write(communication, 1, 4, 0x40000000 | cob_id)
-        self.write(0x6060, 0, 1, 8)
+        self.write(0x6060, 0, 1, mode)
         self.write(0x60C2, 1, 1, 10)
         self.write(0x60C2, 2, 1, -3)
 
@@ -135,6 +135,11 @@ class Master:
 
     def target(self, controlword, position):
         self.send(0x200 + self.node, struct.pack("<Hi", controlword, position))
+
+    def push(self, controlword, thousandths):
+        """State and position after a target torque, where the RPDO has one."""
+        self.send(0x200 + self.node, struct.pack("<Hh", controlword, thousandths))
+        return self.sync()
 
     def sync(self, data=b""):
         """State and position with which the drive answers a SYNC."""

@@ -131,6 +131,25 @@ class MasterTest(unittest.TestCase):
         self.assertAlmostEqual(struct.unpack("<i", self.master.read(0x6064))[0], self.master.sync()[1], delta=2)
         self.master.move(start)
 
+    def test_it_pushes_with_a_target_torque_and_tells_what_it_exerts(self):
+        master = self.master
+        self.assertTrue(master.read_number(0x6502) & 1 << 9)
+        self.assertGreater(master.read_number(0x6076), 0)
+        master.set_up(target=0x60710010, mode=10)
+        self.assertEqual(master.read_number(0x6061), 10)
+        master.start()
+        start = master.sync()[1]
+        for word, state in ((0x06, "ready to switch on"), (0x07, "switched on"), (0x0F, "operation enabled")):
+            self.assertEqual(master.push(word, 0)[0], state)
+        bench.wait_until(lambda: master.push(0x0F, 300)[1] > start + 200, "a motion towards higher positions")
+        self.assertTrue(master.statusword & 1 << 12, "the drive says that it follows")
+        self.assertGreater(struct.unpack("<h", master.read(0x6077))[0], 0)
+        bench.wait_until(lambda: master.push(0x0F, -300)[1] < start - 200, "one towards lower positions")
+        state, held = master.push(0x00, -300)
+        self.assertEqual(state, "switch on disabled")
+        for _ in range(20):
+            self.assertEqual(master.push(0x00, -300)[1], held)
+
     def test_a_sync_counter_makes_no_difference_and_without_sync_no_position_comes(self):
         self.run_drive()
         for counter in range(1, 5):

@@ -11,7 +11,7 @@ from npm_peer import NpmProgram, data_sheet
 
 NODE = 2
 VISIBLE_STRING = 0x0009
-LIVE = ("6041", "6064")  # what they read is no default
+LIVE = ("6041", "6064", "6076")  # what they read is no default
 
 
 class NpmClientTest(unittest.TestCase):

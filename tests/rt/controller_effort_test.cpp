@@ -58,6 +58,11 @@ TEST_CASE("While drives are enabled the efforts are those at which the model res
     CHECK(decision.command.position[0] == Approx(kCompliance * expected + kFree).margin(1e-12));
     CHECK(decision.lambda_acts);  // the model stays with the efforts, too
   }
+  rig.cycle.now_ns += testing::kMillisecond;
+  testing::fill_snapshot(*rig.snapshot, rig.cycle.now_ns);
+  rig.snapshot->lambda[0] = NAN;  // keeps the last
+  CHECK(rig.controller.step(rig.measurement, rig.snapshot.get(), nullptr, rig.cycle).command.effort[0] ==
+        Approx(expected));
   rig.measurement.all_enabled = true;
   const Decision& first = enabling(-0.4e-3);
   CHECK(first.phase == Phase::kRunning);
