@@ -43,6 +43,8 @@ void read_control(Reader& r, ControlConfig& control) {
         Range{.at_least = 0, .at_most = kFastestRate});
   r.may("model_solver", control.model_solver,
         Words<fem::Solver>{{"direct", fem::Solver::kDirect}, {"reused", fem::Solver::kReused}});
+  r.may("model_tangent", control.model_tangent,
+        Words<fem::Tangent>{{"exact", fem::Tangent::kExact}, {"semidefinite", fem::Tangent::kSemidefinite}});
   r.may("stop", control.stop,
         Words<rt::StopAction>{{"hold", rt::StopAction::kHold}, {"relax", rt::StopAction::kRelax}});
   r.may("workspace", control.workspace_min, control.workspace_max, Dimension::kLength);

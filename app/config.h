@@ -154,6 +154,7 @@ struct ControlConfig {
   int late_cycles_limit = 20;        // in a row
   double model_rate_limit_hz = 0;    // 0: as fast as it can
   fem::Solver model_solver = fem::Solver::kDirect;
+  fem::Tangent model_tangent = fem::Tangent::kExact;  // of refreshes, not of settling
   rt::StopAction stop = rt::StopAction::kHold;
   Eigen::Vector3d workspace_min = Eigen::Vector3d::Constant(-1);  // m
   Eigen::Vector3d workspace_max = Eigen::Vector3d::Constant(1);   // m

@@ -32,6 +32,7 @@ double error_per_joule(const qp::Matrix& H, const qp::Matrix& W_aa, const Eigen:
 
 ModelRefresher::ModelRefresher(const Robot& robot, const Config& config)
     : epsilon_(config.control.epsilon),
+      tangent_(config.control.model_tangent),
       weights_(robot.constraints.effector_coordinates()),
       moved_(robot.constraints.actuators()),
       pressure_(robot.constraints.actuators()),
@@ -66,12 +67,12 @@ bool ModelRefresher::refresh(const rt::Feedback& feedback, std::int64_t now_ns, 
     asked_ = feedback.lambda;
     equilibrium_.advance(asked_);
   }
-  if (equilibrium_.linearise(asked_) != fem::Pose::kUsable ||
+  if (equilibrium_.linearise(asked_, tangent_) != fem::Pose::kUsable ||
       !fill(equilibrium_.compliance(), asked_, now_ns, snapshot)) {
     // The responses kept for the next step must belong to the pose it starts from, and to efforts that are
     // known to serve there: those of this call may be what failed.
     equilibrium_.set_x(last_good_x_);
-    (void)equilibrium_.linearise(lambda_);
+    (void)equilibrium_.linearise(lambda_, tangent_);
     return false;
   }
   last_good_x_ = equilibrium_.x();

@@ -44,6 +44,7 @@ class ModelRefresher {
             rt::Snapshot& snapshot);
 
   double epsilon_;
+  fem::Tangent tangent_;
   Eigen::VectorXd weights_;       // of the effector coordinates
   Eigen::VectorXd moved_;         // smallest changes that count, m or m³
   Eigen::ArrayX<bool> pressure_;  // efforts in Pa, the others are in N

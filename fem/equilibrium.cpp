@@ -36,21 +36,22 @@ void Equilibrium::set_x(const Eigen::VectorXd& x) {
   usable_ = false;
 }
 
-Pose Equilibrium::linearise(const Eigen::VectorXd& lambda) {
+Pose Equilibrium::linearise(const Eigen::VectorXd& lambda, Tangent tangent) {
   usable_ = false;
   if (!lambda.allFinite()) return Pose::kDiverged;
   if (!x_.allFinite()) x_ = before_;
-  Pose pose = linearise_here(lambda);
+  Pose pose = linearise_here(lambda, tangent);
   for (int k = 0; pose == Pose::kDiverged && k < kHalvings; ++k) {
     x_ = 0.5 * (x_ + before_);
-    pose = linearise_here(lambda);
+    pose = linearise_here(lambda, tangent);
   }
   usable_ = pose == Pose::kUsable;
   return pose;
 }
 
-Pose Equilibrium::linearise_here(const Eigen::VectorXd& lambda) {
+Pose Equilibrium::linearise_here(const Eigen::VectorXd& lambda, Tangent wanted) {
   for (const Tangent tangent : {Tangent::kExact, Tangent::kSemidefinite}) {
+    if (tangent == Tangent::kExact && wanted != tangent) continue;
     const int inverted = assembler_.assemble(x_, tangent, r_, K_);
     if (inverted > 0 || !r_.allFinite()) return Pose::kDiverged;
     r_ += model_.external_forces();

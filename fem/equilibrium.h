@@ -46,13 +46,14 @@ class Equilibrium {
   void set_x(const Eigen::VectorXd& x);
 
   /// Assembles K at x under the efforts λ (their own stiffness included), factors it or solves with it, and
-  /// computes the compliance. Uses the exact tangent; where that is not positive definite, as it may be away
-  /// from equilibrium, the semidefinite part of it. Where the last step went too far, into a pose that is
-  /// inside out, it is halved until it did not.
+  /// computes the compliance. Where the exact tangent is not positive definite, as it may be away from
+  /// equilibrium, the semidefinite one serves. Where the last step went too far, into a pose that is inside
+  /// out, it is halved until it did not.
   /// @param lambda  m, N or Pa
+  /// @param tangent  kSemidefinite to use that one always; steps then converge slower than Newton's
   /// @return  kDiverged also where λ is not finite
   /// Real-time: no (time depends on the mesh).
-  Pose linearise(const Eigen::VectorXd& lambda);
+  Pose linearise(const Eigen::VectorXd& lambda, Tangent tangent = Tangent::kExact);
 
   /// Compliance at the last pose linearised.
   const Compliance& compliance() const { return compliance_; }
@@ -73,7 +74,7 @@ class Equilibrium {
                                   int iterations = 100);
 
  private:
-  Pose linearise_here(const Eigen::VectorXd& lambda);
+  Pose linearise_here(const Eigen::VectorXd& lambda, Tangent wanted);
   bool respond(const Eigen::VectorXd& lambda);
   bool at_rest(double move, double tolerance);
 

@@ -16,9 +16,10 @@ namespace {
 constexpr double kClose_m = 1e-8;
 
 struct Finger {
-  explicit Finger(fem::Solver solver = fem::Solver::kDirect)
+  explicit Finger(fem::Solver solver = fem::Solver::kDirect, fem::Tangent tangent = fem::Tangent::kExact)
       : config(load_config(std::string(TENDRIL_SOURCE_DIR) + "/config/finger.yaml")) {
     config.control.model_solver = solver;
+    config.control.model_tangent = tangent;
   }
 
   /// Shortenings that the snapshot predicts under efforts, m.
@@ -86,8 +87,9 @@ TEST_CASE("A snapshot's matrices tell what a small change of effort does", "[law
 
 TEST_CASE("Refreshes under constant efforts bring the body to the equilibrium of these efforts", "[law]") {
   const auto solver = GENERATE(fem::Solver::kDirect, fem::Solver::kReused);
-  CAPTURE(solver == fem::Solver::kReused);
-  Finger f(solver);
+  const auto tangent = GENERATE(fem::Tangent::kExact, fem::Tangent::kSemidefinite);
+  CAPTURE(solver == fem::Solver::kReused, tangent == fem::Tangent::kExact);
+  Finger f(solver, tangent);
   REQUIRE(f.model.settle(Eigen::Vector2d::Zero()));
   REQUIRE(f.model.refresh(f.nothing, 0, *f.snapshot));
   const Eigen::Vector2d lambda(0.8, 0.2);
@@ -97,6 +99,25 @@ TEST_CASE("Refreshes under constant efforts bring the body to the equilibrium of
   CHECK((f.model.x() - reference.x()).lpNorm<Eigen::Infinity>() < kClose_m);
   CHECK(f.snapshot->lambda == lambda);
   CHECK(f.snapshot->sequence == 31);
+}
+
+TEST_CASE("After one long step the exact tangent sees a body that is far stiffer than it is", "[law]") {
+  const auto change_of_W = [](fem::Tangent tangent) {
+    Config config = load_config(std::string(TENDRIL_SOURCE_DIR) + "/config/diamond.yaml");
+    config.control.model_tangent = tangent;
+    const auto robot = build_model(config);
+    ModelRefresher model(*robot, config);
+    const auto snapshot = std::make_unique<rt::Snapshot>();
+    REQUIRE(model.settle(Eigen::Vector4d::Zero()));
+    REQUIRE(model.refresh({}, 0, *snapshot));
+    const qp::Matrix before = snapshot->W_aa;
+    REQUIRE(model.refresh(efforts(Eigen::Vector4d::Ones()), 0, *snapshot));  // some 5 mm at the tip
+    return (snapshot->W_aa - before).norm() / before.norm();
+  };
+  const double exact = change_of_W(fem::Tangent::kExact);
+  const double semidefinite = change_of_W(fem::Tangent::kSemidefinite);
+  CAPTURE(exact, semidefinite);
+  CHECK(exact > 2 * semidefinite);
 }
 
 TEST_CASE(
