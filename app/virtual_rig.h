@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <random>
 #include <vector>
 
 #include "app/channels.h"
@@ -18,6 +20,14 @@ namespace tendril::app {
 /// What virtual time is free to choose; the rest is the configuration's.
 struct VirtualSettings {
   double model_rate_hz = 60;  ///< refreshes; a snapshot is published one period after its pose was read
+  /// Each period of the model is drawn evenly from those that differ by up to this share, below 1, from the
+  /// mean.
+  double model_jitter = 0;
+  std::uint32_t jitter_seed = 1;
+  /// One loop at the model's rate instead of two: the target is the one read at the instant of the pose, and
+  /// the command that follows from both goes out when the refresh ends and stands still until the next one
+  /// ends. [Largilliere 2015, section III: the generic method]
+  bool synchronous = false;
   std::int64_t bus_delay_ns = 300'000;     ///< of every frame
   std::int64_t drive_period_ns = 250'000;  ///< how often the simulated drives look at the bus
   std::int64_t target_period_ns = 5'000'000;
@@ -66,6 +76,11 @@ class VirtualRig {
   void overrun_control(int cycles) { overruns_ = cycles; }  ///< the next so many end when the next is due
   void spoil_snapshots(bool spoilt) { snapshots_spoilt_ = spoilt; }  ///< with what is no number
 
+  /// Called with every snapshot when it is published.
+  void observe_snapshots(std::function<void(const rt::Snapshot&)> observer) {
+    observer_ = std::move(observer);
+  }
+
  private:
   using Task = void (VirtualRig::*)();
   struct Event {
@@ -78,10 +93,14 @@ class VirtualRig {
   void move_body();
   void serve_drives();
   void refresh_model();
+  std::int64_t next_model_period_ns();
+  void publish_refresh();
+  void begin_refresh();
   void send_target();
   void control();
 
   Config config_;
+  VirtualSettings settings_;
   std::int64_t now_ns_;
   std::unique_ptr<Robot> robot_;
   std::unique_ptr<Channels> channels_;
@@ -102,7 +121,10 @@ class VirtualRig {
   std::vector<PlantSighting> sightings_;
   rt::EffectorVector rest_;  // where effectors that do not move stay
   std::optional<Motion> motion_;
-  bool model_settled_ = false, snapshot_ready_ = false;
+  std::mt19937 jitter_;
+  std::function<void(const rt::Snapshot&)> observer_;
+  std::optional<rt::Target> step_target_;  // of the refresh under way, where there is one loop
+  bool model_settled_ = false, snapshot_ready_ = false, refresh_due_ = false;
   bool model_stalled_ = false, targets_stalled_ = false, control_stalled_ = false;
   bool snapshots_spoilt_ = false;
 };
