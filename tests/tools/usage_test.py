@@ -22,6 +22,7 @@ class UsageTest(unittest.TestCase):
         for name in (
             "tools/validate",
             "tools/bench",
+            "tools/reproduce",
             "tools/vcan",
             "tools/rt-kernel",
             "tools/other_kernel.sh",
@@ -46,6 +47,18 @@ class UsageTest(unittest.TestCase):
         ended = self.run_command("validate", "lame", "lamé")
         self.assertEqual((ended.returncode, ended.stdout), (2, ""))
         self.assertIn("there is no case lamé; the cases are patch, ", ended.stderr)
+
+    def test_reproduce_refuses_what_it_does_not_know(self):
+        for argument in ("--fast", "square"):
+            ended = self.run_command("reproduce", argument)
+            self.assertEqual((ended.returncode, ended.stdout), (2, ""))
+            self.assertIn(f"unrecognized arguments: {argument}", ended.stderr)
+
+    def test_reproduce_tells_what_it_leaves_behind(self):
+        ended = self.run_command("reproduce", "--help")
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        for word in ("reproduction.html", "reproduce.json", "--no-real-time", "--out DIR"):
+            self.assertIn(word, ended.stdout)
 
     def test_bench_refuses_what_it_cannot_measure(self):
         for arguments, said in (
