@@ -88,6 +88,7 @@ ordered_json result_of(const Arguments& arguments, const LatencyStages& stages, 
       arguments.run.others_cpu < 0 ? ordered_json(nullptr) : ordered_json(arguments.run.others_cpu);
   result["memory_locked"] = facts.memory_locked;
   result["model_rate_hz"] = facts.model_rate_hz;
+  if (!arguments.timer) result["bus"] = arguments.run.bus.empty() ? "local" : arguments.run.bus;
   result["load"] = arguments.loads;
   result["fault"] = facts.fault;
   result["limits"] = verdicts;
@@ -98,8 +99,9 @@ ordered_json result_of(const Arguments& arguments, const LatencyStages& stages, 
 
 void print_for_people(const Arguments& arguments, const LatencyStages& stages, const ordered_json& result) {
   const ordered_json& machine = result["machine"];
-  fmt::print("{} at {:g} Hz for {:.1f} s, {}, load: {}\n", result["what"].get<std::string>(),
-             arguments.run.rate_hz, result["seconds"].get<double>(), result["scheduling"].get<std::string>(),
+  fmt::print("{}{} at {:g} Hz for {:.1f} s, {}, load: {}\n", result["what"].get<std::string>(),
+             arguments.run.bus.empty() ? "" : " on " + arguments.run.bus, arguments.run.rate_hz,
+             result["seconds"].get<double>(), result["scheduling"].get<std::string>(),
              arguments.loads.empty() ? "none of ours" : fmt::format("{}", fmt::join(arguments.loads, ", ")));
   fmt::print("kernel {}, {} CPUs{}\n\n{}\n", machine["kernel"].get<std::string>(),
              machine["cpus"].get<long>(),
@@ -126,6 +128,7 @@ int measure(Arguments arguments) {
   if (arguments.timer != arguments.robot.empty())
     throw usage(arguments.timer ? "either a robot file or --timer, not both"
                                 : "a robot file or --timer is needed");
+  if (arguments.timer && !arguments.run.bus.empty()) throw usage("--bus: --timer has no bus");
   std::vector<Limit> limits;
   for (const std::string& text : arguments.limits) {
     limits.push_back(parse_limit(text));
@@ -182,7 +185,7 @@ int main(int argc, char** argv) {
   using namespace tendril;
   CLI::App cli{
       "tendril-latency measures how late the control loop is: it runs the daemon's own cycle (bus, snapshot, "
-      "QP, bus) with the model thread behind it and simulated drives on a local bus, or the bare timer. "
+      "QP, bus) with the model thread behind it and simulated drives on the bus, or the bare timer. "
       "Latencies count from the intended wake-up, and a stall counts for every period it covers. Rate, "
       "priority, CPUs and the model's rate are the robot file's unless given here. Ctrl-C ends it with "
       "results; docs/real-time.md says what to make of them.\n\n"
@@ -191,6 +194,8 @@ int main(int argc, char** argv) {
   tools::Arguments arguments;
   cli.add_option("CONFIG", arguments.robot, "the robot: a YAML file, see docs/robot-file.md");
   cli.add_flag("--timer", arguments.timer, "the bare timer instead of a robot, to compare with cyclictest");
+  cli.add_option("--bus", arguments.run.bus,
+                 "virtual CAN interface, for the kernel's CAN stack instead of a local bus: vcan0");
   cli.add_option("--rate", arguments.rate_hz, "Hz")
       ->check(CLI::Range(rt::DeadlineGrid::kLowestRateHz, rt::DeadlineGrid::kHighestRateHz));
   cli.add_option("--duration", arguments.run.duration_s, "seconds to measure; 0: until Ctrl-C")

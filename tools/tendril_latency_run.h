@@ -19,6 +19,7 @@ struct LatencyOptions {
   int cpu = -1;                 ///< of that thread; -1: any
   int others_cpu = -1;          ///< of all other threads: model, drives, main, load; -1: any
   double model_rate_limit = 0;  ///< Hz; 0: as fast as it can
+  std::string bus;              ///< a virtual CAN interface; empty: a local bus of the run's own
   bool allow_non_rt = false;
 };
 
@@ -35,9 +36,8 @@ struct LatencyFacts {
 /// Called about once a second with the seconds measured so far.
 using TellProgress = std::function<void(double seconds)>;
 
-/// Runs a robot's control loop, its model thread, and its simulated drives on a local bus of their own, and
-/// adds each cycle in which the drives follow to the stages. The daemon's limit on late cycles is lifted:
-/// they are what is looked for.
+/// Runs a robot's control loop, its model thread, and its simulated drives, and adds each cycle in which the
+/// drives follow to the stages. The daemon's limit on late cycles is lifted: they are what is looked for.
 /// @throws rt::RtError where real-time rights are missing; app::ConfigError
 LatencyFacts run_robot(app::Config config, const LatencyOptions& options, LatencyStages& stages,
                        const TellProgress& tell);

@@ -45,6 +45,8 @@ class LatencyTest(unittest.TestCase):
             (("--timer", "--load", "noise"), "noise"),
             (("--timer", "--rate", "0"), "--rate"),
             (("--timer", "--priority", "99"), "--priority"),
+            (("--timer", "--bus", "vcan0"), "--timer has no bus"),
+            ((ROBOT, "--bus", "can77"), "found 'can77', expected a virtual CAN interface"),
             (("no-such-robot.yaml",), "no-such-robot.yaml"),
         ):
             with self.subTest(arguments=arguments):
@@ -74,13 +76,25 @@ class LatencyTest(unittest.TestCase):
         self.assertEqual(code, 0, err)
         found = json.loads(out)
         self.assertEqual(list(found["stages"]), ["wakeup", "read", "solve", "write", "whole"])
-        self.assertEqual((found["rate_hz"], found["load"], found["fault"]), (200, [], ""))
+        self.assertEqual((found["rate_hz"], found["bus"], found["load"], found["fault"]), (200, "local", [], ""))
         self.assertGreater(found["model_rate_hz"], 0)
         self.assertGreaterEqual(found["cycles"], 100)
         for stage in ("read", "solve", "write"):
             counted = sum(count for _, _, count in found["stages"][stage]["buckets"])
             self.assertEqual(counted, found["cycles"] - found["late"])
         self.assertRegex(found["scheduling"], r"^SCHED_(FIFO 80|OTHER 0)$")
+
+    def test_the_bus_may_be_a_virtual_can_interface(self):
+        if not Path("/sys/class/net/vcan0").exists():
+            self.skipTest("no vcan0; tools/vcan brings one")
+        heard = Path("/sys/class/net/vcan0/statistics/tx_packets")
+        before = int(heard.read_text())
+        code, out, err = run("--rate", 50, "--duration", 2, "--bus", "vcan0", "--json", ROBOT)
+        self.assertEqual(code, 0, err)
+        found = json.loads(out)
+        self.assertEqual((found["bus"], found["fault"]), ("vcan0", ""))
+        # Each of the cycles that were worked off has sent a frame at least, and a drive has answered.
+        self.assertGreater(int(heard.read_text()) - before, 2 * (found["cycles"] - found["late"]))
 
     def test_every_load_is_there_while_it_measures(self):
         known = re.search(r"--load TEXT:\{([a-z,]+)\}", run("--help")[1])[1].split(",")
