@@ -79,7 +79,7 @@ class Rehearsal {
     const double begin = cpu_seconds();
     const hal::Measurement& measurement = loop_.read(now_ns_);
     const double read = cpu_seconds();
-    const rt::Decision& decision = loop_.solve(measurement, now_ns_, 0);
+    const rt::Decision& decision = loop_.solve(measurement, now_ns_, now_ns_, 0);
     const double solved = cpu_seconds();
     phase_ = loop_.write(measurement, decision, now_ns_, now_ns_).phase;
     const double written = cpu_seconds();

@@ -69,7 +69,7 @@ class Housekeeping {
     if (stop_signalled() || time_is_up) channels_.requests.stop = true;
     drain();
     introduce_drives();
-    service_.feed_watchdog(now_ns, cycles_);
+    service_.feed_watchdog(now_ns, last_.cycles);
     if (now_ns - told_ns_ >= kProgress_ns) {
       tell_status(now_ns);
       tell_stalls();
@@ -86,8 +86,6 @@ class Housekeeping {
       for (const SensorWatch::Change& change : watch_.add(record)) tell(change);
       if (record.page_faults != last_.page_faults || record.heap_calls != last_.heap_calls)
         stalls_untold_ = true;
-      ++cycles_;
-      late_ += record.missed;
       bus_bits_ += record.bus_bits;
       if (recorder_) recorder_->add(record, motion_ ? &*motion_ : nullptr);
       last_ = record;
@@ -135,30 +133,31 @@ class Housekeeping {
 
   /// Of all deadlines so far.
   double on_time_percent() const {
-    const std::int64_t deadlines = std::max<std::int64_t>(cycles_ + late_, 1);
-    return 100 * (1 - static_cast<double>(late_) / static_cast<double>(deadlines));
+    const auto deadlines = static_cast<double>(std::max<std::int64_t>(last_.cycles, 1));
+    return 100 * (1 - static_cast<double>(last_.late_cycles) / deadlines);
   }
 
   /// Rates are those since the last status: what stands still shows.
   void tell_status(std::int64_t now_ns) {
     const double elapsed_s = 1e-9 * static_cast<double>(now_ns - told_ns_);
     const std::uint64_t refreshes = model_.refreshes();
-    std::string line =
-        cycles_ == told_cycles_
-            ? "the control thread stands still"
-            : fmt::format("{}, {:.0f} of {:g} Hz", rt::name(last_.phase),
-                          static_cast<double>(cycles_ - told_cycles_) / elapsed_s, config_.control.rate_hz);
-    line +=
-        fmt::format(", late {}, on time {:.3f} %, bus {:.0f} %, model {:.0f} Hz", late_, on_time_percent(),
-                    100 * static_cast<double>(bus_bits_ - told_bus_bits_) / elapsed_s / config_.bus.bitrate,
-                    static_cast<double>(refreshes - told_refreshes_) / elapsed_s);
+    const std::int64_t worked_off = last_.cycles - last_.late_cycles;
+    std::string line = worked_off == told_cycles_
+                           ? "the control thread stands still"
+                           : fmt::format("{}, {:.0f} of {:g} Hz", rt::name(last_.phase),
+                                         static_cast<double>(worked_off - told_cycles_) / elapsed_s,
+                                         config_.control.rate_hz);
+    line += fmt::format(
+        ", late {}, on time {:.3f} %, bus {:.0f} %, model {:.0f} Hz", last_.late_cycles, on_time_percent(),
+        100 * static_cast<double>(bus_bits_ - told_bus_bits_) / elapsed_s / config_.bus.bitrate,
+        static_cast<double>(refreshes - told_refreshes_) / elapsed_s);
     for (const rt::FaultRule& rule : rt::kFaultTable)
       if (last_.faults.has(rule.fault)) line += fmt::format("; {}", rule.words);
     for (std::size_t s = 0; s < config_.sensors.size(); ++s)
       if (watch_.losses()[s].lost) line += "; " + loss(config_.sensors[s].frame);
     service_.status(line);
     told_ns_ = now_ns;
-    told_cycles_ = cycles_;
+    told_cycles_ = worked_off;
     told_bus_bits_ = bus_bits_;
     told_refreshes_ = refreshes;
   }
@@ -183,7 +182,7 @@ class Housekeeping {
     const double rate =
         model_.active_seconds() > 0 ? static_cast<double>(model_.refreshes()) / model_.active_seconds() : 0;
     fmt::print("{:5.0f} s  {:8}  error {:>8}  model {:5.0f} Hz  late {}\n", elapsed, rt::name(last_.phase),
-               error, rate, late_);
+               error, rate, last_.late_cycles);
     std::fflush(stdout);
   }
 
@@ -200,7 +199,7 @@ class Housekeeping {
   SensorWatch watch_;
   rt::TraceRecord last_;
   std::int64_t running_since_ns_ = 0, next_progress_ns_ = 0, next_tale_ns_ = 0;
-  std::int64_t cycles_ = 0, late_ = 0, bus_bits_ = 0;
+  std::int64_t bus_bits_ = 0;
   bool stalls_untold_ = false;  // a page fault or heap call that nobody has been told of
   std::int64_t told_ns_ = rt::now_ns(), told_cycles_ = 0, told_bus_bits_ = 0;  // with the last status
   std::uint64_t told_refreshes_ = 0;

@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
   cli.set_version_flag("--version", TENDRIL_VERSION);
   if (const auto code = app::parse_arguments(cli, argc, argv)) return *code;
 
-  spdlog::set_default_logger(spdlog::stderr_logger_st("tendrild"));
+  spdlog::set_default_logger(spdlog::stderr_logger_mt("tendrild"));
   app::watch_stop_signals();
   return app::exit_code_of([&] {
     const app::Config config = app::load_config(file);

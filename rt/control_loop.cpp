@@ -67,11 +67,14 @@ const hal::Measurement& ControlLoop::read(std::int64_t woken_ns) noexcept {
 }
 
 const Decision& ControlLoop::solve(const hal::Measurement& measurement, std::int64_t intended_ns,
-                                   int late_in_a_row) noexcept {
+                                   std::int64_t woken_ns, int late_in_a_row) noexcept {
   snapshot_ = snapshots_.has_value() ? &snapshots_.latest() : nullptr;
   const Target* target = targets_.has_value() ? &targets_.latest() : nullptr;
-  const Cycle cycle{intended_ns, late_in_a_row, requests_.stop.load(std::memory_order_relaxed),
-                    requests_.model_failed.load(std::memory_order_relaxed)};
+  const Cycle cycle{.now_ns = intended_ns,
+                    .wakeup_ns = woken_ns - intended_ns,
+                    .late_in_a_row = late_in_a_row,
+                    .stop_requested = requests_.stop.load(std::memory_order_relaxed),
+                    .model_failed = requests_.model_failed.load(std::memory_order_relaxed)};
   return controller_.step(measurement, snapshot_, target, cycle);
 }
 
@@ -90,7 +93,7 @@ TraceRecord& ControlLoop::write(const hal::Measurement& measurement, const Decis
 
 TraceRecord& ControlLoop::cycle(std::int64_t intended_ns, std::int64_t woken_ns, int late_in_a_row) noexcept {
   const hal::Measurement& measurement = read(woken_ns);
-  return write(measurement, solve(measurement, intended_ns, late_in_a_row), intended_ns, woken_ns);
+  return write(measurement, solve(measurement, intended_ns, woken_ns, late_in_a_row), intended_ns, woken_ns);
 }
 
 void ControlLoop::run(PeriodicClock& clock, TraceRing& trace, LoopCounts& counts,
@@ -105,7 +108,7 @@ void ControlLoop::run(PeriodicClock& clock, TraceRing& trace, LoopCounts& counts
     const std::int64_t woken_ns = now_ns();
     const hal::Measurement& measurement = read(woken_ns);
     const std::int64_t read_ns = now_ns();
-    const Decision& decision = solve(measurement, intended_ns, late_in_a_row);
+    const Decision& decision = solve(measurement, intended_ns, woken_ns, late_in_a_row);
     const std::int64_t solved_ns = now_ns();
     TraceRecord& record = write(measurement, decision, intended_ns, woken_ns);
     phase = record.phase;
@@ -125,6 +128,8 @@ void ControlLoop::run(PeriodicClock& clock, TraceRing& trace, LoopCounts& counts
     counts.cycle.record(record.cycle_ns);
     counts.cycles += 1 + record.missed;
     counts.late_cycles += record.missed;
+    record.cycles = counts.cycles;
+    record.late_cycles = counts.late_cycles;
     trace.push(record);  // a full ring counts what it drops
   }
   counts.heap_calls = HeapGuard::available() ? heap.calls() : -1;

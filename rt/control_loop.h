@@ -61,14 +61,16 @@ class ControlLoop {
   /// @param woken_ns       the instant of the call
   /// @param late_in_a_row  cycles before this one that ended late, in a row
   /// @return  valid until the next call; its timing fields are the caller's to fill
-  /// Real-time: bounded by the QP's cap and hal::kMaxWaiting; allocates nothing, takes no lock.
+  /// Real-time: bounded by the QP's cap and hal::kMaxWaiting; allocates nothing, takes no lock but the
+  /// kernel's in the system calls of the bus. On CAN such a call may also work off what other devices have
+  /// left to this CPU (softirqs): keep their interrupts elsewhere.
   TraceRecord& cycle(std::int64_t intended_ns, std::int64_t woken_ns, int late_in_a_row) noexcept;
 
   /// The stages of a cycle, each handed what the one before it returned. Whoever times them calls them one by
   /// one, as run() does.
   /// Real-time: as cycle().
   const hal::Measurement& read(std::int64_t woken_ns) noexcept;
-  const Decision& solve(const hal::Measurement& measurement, std::int64_t intended_ns,
+  const Decision& solve(const hal::Measurement& measurement, std::int64_t intended_ns, std::int64_t woken_ns,
                         int late_in_a_row) noexcept;
   TraceRecord& write(const hal::Measurement& measurement, const Decision& decision, std::int64_t intended_ns,
                      std::int64_t woken_ns) noexcept;

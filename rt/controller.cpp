@@ -58,7 +58,7 @@ const Decision& Controller::step(const hal::Measurement& measurement, const Snap
   decision_.faults = {};
   decision_.qp_solved = false;
   decision_.qp_iterations = 0;
-  decision_.snapshot_age_ns = snapshot ? cycle.now_ns - snapshot->stamp_ns : 0;
+  decision_.snapshot_age_ns = snapshot ? cycle.now_ns + cycle.wakeup_ns - snapshot->stamp_ns : 0;
   stop_if_demanded(measurement, cycle, before);
   const bool was_running = decision_.phase == Phase::kRunning;
   advance_phase(measurement, snapshot, cycle.now_ns);
@@ -69,8 +69,8 @@ const Decision& Controller::step(const hal::Measurement& measurement, const Snap
       expect(measurement, snapshot);
       break;
     case Phase::kRunning:  // the first command that drives follow is what they have measured
-      serve_target(target, cycle.now_ns);
-      if (was_running) run(*snapshot, cycle.now_ns);
+      serve_target(target, cycle);
+      if (was_running) run(*snapshot);
       break;
     case Phase::kStopping:
       brake(config_.stop == StopAction::kRelax);
@@ -124,7 +124,7 @@ void Controller::stop_if_demanded(const hal::Measurement& measurement, const Cyc
                                   FaultSet before) noexcept {
   if (measurement.fault.kind != hal::FaultKind::kNone) decision_.faults.add(Fault::kDrives);
   if (measurement.sensors.lost >= 0) decision_.faults.add(Fault::kSensorLost);
-  if (cycle.late_in_a_row > config_.late_cycles_limit) decision_.faults.add(Fault::kLateCycles);
+  if (cycle.late_in_a_row >= config_.late_cycles_limit) decision_.faults.add(Fault::kLateCycles);
   if (cycle.model_failed) decision_.faults.add(Fault::kModelFailed);
   if (stopping()) return;
   for (const FaultRule& entry : kFaultTable)
@@ -169,24 +169,24 @@ void Controller::advance_phase(const hal::Measurement& measurement, const Snapsh
   }
 }
 
-void Controller::serve_target(const Target* target, std::int64_t now_ns) noexcept {
+void Controller::serve_target(const Target* target, const Cycle& cycle) noexcept {
   if (!target) return;
-  if (now_ns - target->stamp_ns > config_.target_age_limit_ns) {
+  if (cycle.now_ns + cycle.wakeup_ns - target->stamp_ns > config_.target_age_limit_ns) {
     decision_.faults.add(Fault::kTargetStale);
     return;
   }
   const bool fits = target->position.size() == config_.effector_coordinates &&
                     target->velocity.size() == config_.effector_coordinates;
-  if (!fits || !inside(target->at(now_ns), config_.workspace_min, config_.workspace_max)) {
+  if (!fits || !inside(target->at(cycle.now_ns), config_.workspace_min, config_.workspace_max)) {
     decision_.faults.add(Fault::kTargetRefused);
     return;
   }
-  decision_.desired = target->at(now_ns);
+  decision_.desired = target->at(cycle.now_ns);
   has_target_ = true;
 }
 
-void Controller::run(const Snapshot& snapshot, std::int64_t now_ns) noexcept {
-  if (now_ns - snapshot.stamp_ns > config_.snapshot_age_limit_ns) decision_.faults.add(Fault::kSnapshotStale);
+void Controller::run(const Snapshot& snapshot) noexcept {
+  if (decision_.snapshot_age_ns > config_.snapshot_age_limit_ns) decision_.faults.add(Fault::kSnapshotStale);
   if (has_target_ && !decision_.faults.demand(Reaction::kHalt)) solve(snapshot);
   if (!has_target_ || decision_.faults.demand(Reaction::kHalt)) brake(false);
   decision_.p_e.noalias() = snapshot.W_ea * decision_.lambda + snapshot.p_e_free;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include "hal/drives.h"
 #include "qp/solver.h"
@@ -43,13 +44,14 @@ struct ControllerConfig {
   double period_s = 0;                               ///< s
   std::int64_t snapshot_age_limit_ns = 0;
   std::int64_t target_age_limit_ns = 0;
-  int late_cycles_limit = 0;  ///< in a row
+  int late_cycles_limit = std::numeric_limits<int>::max();  ///< so many in a row end the run
   StopAction stop = StopAction::kHold;
 };
 
 /// What one cycle is told beside measurement, snapshot and target.
 struct Cycle {
-  std::int64_t now_ns = 0;  ///< the instant the cycle is for: its intended wake-up
+  std::int64_t now_ns = 0;     ///< the instant the cycle is for: its intended wake-up
+  std::int64_t wakeup_ns = 0;  ///< how much later it began: by so much snapshot and target are older
   /// Cycles before this one that ended late, in a row. A long stall is one cycle: it is left to the drives,
   /// which watch our heartbeat.
   int late_in_a_row = 0;
@@ -113,8 +115,8 @@ class Controller {
                      std::int64_t now_ns) noexcept;
   void stop_if_demanded(const hal::Measurement& measurement, const Cycle& cycle, FaultSet before) noexcept;
   void enter(Phase phase, std::int64_t now_ns) noexcept;
-  void serve_target(const Target* target, std::int64_t now_ns) noexcept;
-  void run(const Snapshot& snapshot, std::int64_t now_ns) noexcept;
+  void serve_target(const Target* target, const Cycle& cycle) noexcept;
+  void run(const Snapshot& snapshot) noexcept;
   void solve(const Snapshot& snapshot) noexcept;
   void brake(bool relax) noexcept;
   void brake_effort(int a, bool relax) noexcept;

@@ -30,7 +30,10 @@ void lock_memory() {
   const bool keeps_top = mallopt(M_TRIM_THRESHOLD, -1) == 1;
   // Large blocks get a mapping of their own by default, which free() unmaps; taken from the heap, they stay.
   const bool keeps_large = mallopt(M_MMAP_MAX, 0) == 1;
-  if (!keeps_top || !keeps_large)
+  // Threads that contend for the heap get heaps of their own by default, which go back whole when they are
+  // empty, whatever the two above say. The control thread makes no heap call, so it contends with nobody.
+  const bool keeps_one = mallopt(M_ARENA_MAX, 1) == 1;
+  if (!keeps_top || !keeps_large || !keeps_one)
     throw RtError(
         "cannot make malloc keep its pages (mallopt refused); tendril needs the allocator of glibc");
 

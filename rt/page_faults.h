@@ -15,11 +15,12 @@ struct PageFaults {
 /// Counts the page faults of the thread that made it, from then on.
 class PageFaultCounter {
  public:
-  /// Real-time: one system call, takes no lock.
+  /// Real-time: as faults().
   PageFaultCounter() noexcept;
 
   /// The faults since construction; only the thread that made the counter may ask.
-  /// Real-time: one system call, takes no lock.
+  /// Real-time: one system call, in which the kernel takes a lock of this very thread (task_lock, for a few
+  /// instructions; others want it when they read the thread's files in /proc).
   PageFaults faults() const noexcept;
 
  private:

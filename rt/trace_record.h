@@ -17,6 +17,8 @@ struct TraceRecord {
   std::int64_t cycle_ns = 0;     ///< from wake-up to the end of the cycle's work
   int bus_bits = 0;              ///< of the frames read and written, each with all stuff bits it can need
   std::int64_t missed = 0;       ///< deadlines skipped because this cycle ended late
+  std::int64_t cycles = 0;       ///< deadlines that have passed since the loop began, missed ones included
+  std::int64_t late_cycles = 0;  ///< of these, the missed ones
   std::int64_t heap_calls = 0;   ///< of the thread since the loop began; 0 where they cannot be counted
   std::int64_t page_faults = 0;  ///< of the thread since the loop began, minor and major
   Phase phase = Phase::kConnecting;

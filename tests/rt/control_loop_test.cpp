@@ -162,6 +162,9 @@ TEST_CASE("The loop on the clock counts every deadline, traces every cycle and m
   CHECK(rig->trace.dropped() == 0);
   CHECK(missed >= 4);
   CHECK(counts->late_cycles == missed);
+  CHECK(records.back().cycles == counts->cycles);
+  CHECK(records.back().late_cycles == counts->late_cycles);
+  CHECK(records.front().cycles == 1 + records.front().missed);
   CHECK(counts->cycles == static_cast<std::int64_t>(records.size()) + missed);
   CHECK(counts->success_rate() ==
         Approx(1 - static_cast<double>(missed) / static_cast<double>(counts->cycles)));

@@ -193,6 +193,18 @@ TEST_CASE("A stale snapshot holds the lengths until a fresh one comes", "[unit]"
   CHECK_FALSE(rig.step().faults.has(Fault::kSnapshotStale));
 }
 
+TEST_CASE("Snapshot and target age while the control thread oversleeps", "[unit]") {
+  Rig rig;
+  rig.step_until(Phase::kRunning);
+  CHECK(rig.step().snapshot_age_ns == 0);
+  rig.cycle.wakeup_ns = rig.config.target_age_limit_ns + 1;
+  CHECK(rig.step().faults.has(Fault::kTargetStale));
+  CHECK_FALSE(rig.step().faults.has(Fault::kSnapshotStale));
+  rig.cycle.wakeup_ns = rig.config.snapshot_age_limit_ns + 1;
+  CHECK(rig.step().snapshot_age_ns == rig.cycle.wakeup_ns);
+  CHECK(rig.step().faults.has(Fault::kSnapshotStale));
+}
+
 TEST_CASE("A target that is stale, not finite or outside the workspace leaves the last good one", "[unit]") {
   Rig rig;
   rig.step_until(Phase::kRunning);
@@ -252,9 +264,9 @@ TEST_CASE("A QP that cannot be solved in time or at all holds the lengths", "[un
 TEST_CASE("Late cycles stop the run only when there are too many in a row", "[unit]") {
   Rig rig;
   rig.step_until(Phase::kRunning);
-  rig.cycle.late_in_a_row = rig.config.late_cycles_limit;
+  rig.cycle.late_in_a_row = rig.config.late_cycles_limit - 1;
   CHECK(rig.step().phase == Phase::kRunning);
-  rig.cycle.late_in_a_row = rig.config.late_cycles_limit + 1;
+  rig.cycle.late_in_a_row = rig.config.late_cycles_limit;
   CHECK(rig.step().phase == Phase::kStopping);
   CHECK(rig.controller.faulted());
   CHECK(rig.controller.stop_reason() == Fault::kLateCycles);

@@ -143,10 +143,10 @@ TEST_CASE("A model of what is no number halts the robot until it is one again", 
 TEST_CASE("Late cycles in a row stop the robot, one fewer does not", "[scenario]") {
   Running run;
   const int limit = run.config.control.late_cycles_limit;
-  run.rig.overrun_control(limit);
+  run.rig.overrun_control(limit - 1);
   run.rig.run_for(0.3);
   CHECK(run.rig.phase() == Phase::kRunning);
-  run.rig.overrun_control(limit + 1);
+  run.rig.overrun_control(limit);
   REQUIRE(run.rig.run_until(Phase::kStopped, kStoppedWithin_s));
   CHECK(run.rig.controller().stop_reason() == Fault::kLateCycles);
   run.check_limits();
