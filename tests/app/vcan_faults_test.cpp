@@ -199,10 +199,10 @@ TEST_CASE("A robot goes on through noise, delay, lost frames and a cut cable, no
       interface.kName);
   Process daemon(bench.daemon());
   require_running(daemon, bench);
-  bench.plant().write_line("noise 20 mm");
-  CHECK(hear(interface.kName, {[](const hal::Frame& frame) {  // the camera sees the tip where it never is
-               const hal::Signal tip_x{.name = "", .length = 16, .type = hal::SignalType::kSigned};
-               return frame.id == 0x1F0 && std::abs(hal::decode(tip_x, frame).value_or(0)) > 1500;
+  bench.plant().write_line("noise 2 N");
+  CHECK(hear(interface.kName, {[](const hal::Frame& frame) {  // a cable that pushes
+               const hal::Signal tension{.name = "", .length = 16, .type = hal::SignalType::kSigned};
+               return frame.id == 0x1F1 && hal::decode(tension, frame).value_or(0) < -1000;
              }}));
   for (const char* line : {"delay 5 ms", "drop 10 %", "cut left"}) {
     bench.plant().write_line(line);
