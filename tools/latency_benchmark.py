@@ -58,7 +58,7 @@ def cyclictest(arguments):
 
 def tendril_latency(arguments, *what, cpu=None, others_cpu=None):
     place = [] if cpu is None else ["--cpu", cpu]
-    place += [] if others_cpu is None else ["--others-cpu", others_cpu]
+    place += [] if others_cpu is None else ["--others-cpu", others_cpu, "--load-cpu", others_cpu]
     found = json.loads(run(arguments.program, *what, "--rate", arguments.rate, "--duration", arguments.seconds,
                            "--priority", arguments.priority, *place, "--json"))
     stages = {}

@@ -23,12 +23,15 @@ namespace {
 
 using nlohmann::ordered_json;
 
+constexpr const char* kResult = "latency.json";
+
 struct Arguments {
   std::string robot;
   bool timer = false, json = false;
   LatencyOptions run;
   std::optional<double> rate_hz, model_rate;  // what is not given is the robot file's, or its default
   std::optional<int> priority, cpu, others_cpu;
+  int load_cpu = -1;
   std::vector<std::string> loads, limits;
   std::filesystem::path report;
 };
@@ -83,16 +86,22 @@ ordered_json result_of(const Arguments& arguments, const LatencyStages& stages, 
   result["late"] = stages.late();
   result["trace_dropped"] = facts.trace_dropped;
   result["scheduling"] = facts.scheduling;
-  result["cpu"] = arguments.run.cpu < 0 ? ordered_json(nullptr) : ordered_json(arguments.run.cpu);
-  result["others_cpu"] =
-      arguments.run.others_cpu < 0 ? ordered_json(nullptr) : ordered_json(arguments.run.others_cpu);
+  for (const auto& [name, cpu] : {std::pair{"cpu", arguments.run.cpu},
+                                  {"model_cpu", arguments.run.model_cpu},
+                                  {"housekeeping_cpu", arguments.run.housekeeping_cpu},
+                                  {"load_cpu", arguments.load_cpu}})
+    result[name] = cpu < 0 ? ordered_json(nullptr) : ordered_json(cpu);
   result["memory_locked"] = facts.memory_locked;
+  result["idle_latency_held"] = facts.idle_latency_held;
+  for (const auto& [name, count] :
+       {std::pair{"heap_calls", facts.heap_calls}, {"page_faults", facts.page_faults}})
+    result[name] = count ? ordered_json(*count) : ordered_json(nullptr);
   result["model_rate_hz"] = facts.model_rate_hz;
   if (!arguments.timer) result["bus"] = arguments.run.bus.empty() ? "local" : arguments.run.bus;
   result["load"] = arguments.loads;
-  result["fault"] = facts.fault;
+  result["problems"] = facts.problems;
   result["limits"] = verdicts;
-  result["machine"] = describe_machine();
+  result["machine"] = describe_machine(arguments.run.cpu);
   result["stages"] = stages.json();
   return result;
 }
@@ -103,9 +112,20 @@ void print_for_people(const Arguments& arguments, const LatencyStages& stages, c
              arguments.run.bus.empty() ? "" : " on " + arguments.run.bus, arguments.run.rate_hz,
              result["seconds"].get<double>(), result["scheduling"].get<std::string>(),
              arguments.loads.empty() ? "none of ours" : fmt::format("{}", fmt::join(arguments.loads, ", ")));
-  fmt::print("kernel {}, {} CPUs{}\n\n{}\n", machine["kernel"].get<std::string>(),
-             machine["cpus"].get<long>(),
-             machine["virtual_machine"].get<bool>() ? " of a virtual machine" : "", stages.table());
+  const auto told = [&](const char* key) {
+    return machine[key].is_string() ? machine[key].get<std::string>() : "not told";
+  };
+  fmt::print("kernel {}, {} CPUs{}\n", told("kernel"), machine["cpus"].get<long>(),
+             machine["virtual_machine"].get<bool>() ? " of a virtual machine" : "");
+  fmt::print(
+      "preemption {}; isolated CPUs {}; the measured thread's: governor {}, CPUs of its core {}\n\n{}\n",
+      told("preemption"), told("isolated_cpus").empty() ? "none" : told("isolated_cpus"), told("governor"),
+      told("cpus_of_the_core"), stages.table());
+  if (result["page_faults"].is_number())
+    fmt::print(
+        "the control thread took {} page faults and made {} heap calls\n\n",
+        result["page_faults"].get<long>(),
+        result["heap_calls"].is_number() ? fmt::to_string(result["heap_calls"].get<long>()) : "uncounted");
   fmt::print("{}", stages.plot("wakeup"));
   if (!arguments.timer) fmt::print("\n{}", stages.plot("whole"));
   for (const ordered_json& verdict : result["limits"])
@@ -115,12 +135,19 @@ void print_for_people(const Arguments& arguments, const LatencyStages& stages, c
                verdict["limit_us"].get<double>());
 }
 
+/// Before anything is measured: a run of hours must not end for want of a folder.
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code refused;  // which the file below meets, too
+  std::filesystem::create_directories(folder, refused);
+  if (!std::ofstream(folder / kResult))
+    throw usage(fmt::format("--report: {} cannot be written", (folder / kResult).string()));
+}
+
 void write_report(const std::filesystem::path& folder, const ordered_json& result) {
-  std::filesystem::create_directories(folder);
-  std::ofstream file(folder / "latency.json");
+  std::ofstream file(folder / kResult);
   file << result.dump() << '\n';
   file.close();
-  if (!file) throw std::runtime_error((folder / "latency.json").string() + " cannot be written in full");
+  if (!file) throw std::runtime_error((folder / kResult).string() + " cannot be written in full");
   app::draw_report(folder);
 }
 
@@ -142,7 +169,9 @@ int measure(Arguments arguments) {
   arguments.run.model_rate_limit = arguments.model_rate.value_or(control.model_rate_limit_hz);
   arguments.run.priority = arguments.priority.value_or(control.priority);
   arguments.run.cpu = arguments.cpu.value_or(control.cpu);
-  arguments.run.others_cpu = arguments.others_cpu.value_or(control.model_cpu);
+  arguments.run.model_cpu = arguments.others_cpu.value_or(control.model_cpu);
+  arguments.run.housekeeping_cpu = arguments.others_cpu.value_or(control.housekeeping_cpu);
+  if (!arguments.report.empty()) make_folder(arguments.report);
 
   const auto stages = std::make_unique<LatencyStages>(std::llround(1e9 / arguments.run.rate_hz));
   const TellProgress tell = [&](double seconds) {
@@ -155,27 +184,32 @@ int measure(Arguments arguments) {
   };
   LatencyFacts facts;
   {
-    LatencyLoad load(arguments.loads, arguments.run.others_cpu);
+    LatencyLoad load(arguments.loads, arguments.load_cpu);
     facts = arguments.timer ? run_timer(arguments.run, *stages, tell)
                             : run_robot(config, arguments.run, *stages, tell);
     if (!load.alive())
-      throw std::runtime_error("stress-ng ended by itself: the load was not there all the time");
+      facts.problems.push_back("stress-ng ended by itself: the load was not there all the time");
   }
+  if (facts.trace_dropped > 0)
+    facts.problems.push_back(
+        fmt::format("{} cycles are missing from the figures: the main thread was kept from reading",
+                    facts.trace_dropped));
+  if (stages->cycles() == 0) facts.problems.push_back("no cycle was measured");
   const ordered_json verdicts = judge(limits, *stages);
   const ordered_json result = result_of(arguments, *stages, facts, verdicts);
-  if (!arguments.report.empty()) write_report(arguments.report, result);
   if (arguments.json)
     fmt::print("{}\n", result.dump());
   else
     print_for_people(arguments, *stages, result);
-  if (facts.trace_dropped > 0)
-    spdlog::warn("{} cycles are missing from the figures: the main thread was kept from reading",
-                 facts.trace_dropped);
-  if (!facts.fault.empty()) spdlog::error("the controller stopped: {}", facts.fault);
-  if (stages->cycles() == 0) spdlog::error("no cycle was measured");
+  std::fflush(stdout);
+  for (const std::string& problem : facts.problems) spdlog::error("{}", problem);
+  if (facts.memory_locked && facts.page_faults.value_or(0) + facts.heap_calls.value_or(0) > 0)
+    spdlog::warn("the control thread has taken {} page faults and made {} heap calls; there should be none",
+                 *facts.page_faults, facts.heap_calls.value_or(0));
+  if (!arguments.report.empty()) write_report(arguments.report, result);
   const bool all_met =
       std::ranges::all_of(verdicts, [](const auto& verdict) { return verdict["met"] == true; });
-  return all_met && facts.fault.empty() && stages->cycles() > 0 ? app::kOk : app::kCheckFailed;
+  return all_met && facts.problems.empty() ? app::kOk : app::kCheckFailed;
 }
 
 }  // namespace
@@ -189,7 +223,8 @@ int main(int argc, char** argv) {
       "Latencies count from the intended wake-up, and a stall counts for every period it covers. Rate, "
       "priority, CPUs and the model's rate are the robot file's unless given here. Ctrl-C ends it with "
       "results; docs/real-time.md says what to make of them.\n\n"
-      "Exit codes: 0 measured; 1 a limit was broken, or the controller stopped; 2 wrong usage or robot file; "
+      "Exit codes: 0 measured; 1 a limit was broken, the controller stopped, or figures are missing; 2 wrong "
+      "usage or robot file; "
       "3 the machine lacks something (rights, stress-ng)."};
   tools::Arguments arguments;
   cli.add_option("CONFIG", arguments.robot, "the robot: a YAML file, see docs/robot-file.md");
@@ -204,7 +239,7 @@ int main(int argc, char** argv) {
   cli.add_option("--cpu", arguments.cpu, "the only CPU of the thread that is measured")
       ->check(CLI::NonNegativeNumber);
   cli.add_option("--others-cpu", arguments.others_cpu,
-                 "the only CPU of all other threads: model, drives, main, load")
+                 "the only CPU of our other threads: model, drives, main")
       ->check(CLI::NonNegativeNumber);
   cli.add_option("--model-rate", arguments.model_rate, "Hz, at most; 0: as fast as the model can")
       ->check(CLI::NonNegativeNumber);
@@ -214,6 +249,10 @@ int main(int argc, char** argv) {
       ->allow_extra_args(false)  // CONFIG may follow
       ->delimiter(',')
       ->check(CLI::IsMember(tools::load_names()));
+  cli.add_option("--load-cpu", arguments.load_cpu,
+                 "the only CPU of the load; without it the load is wherever the kernel puts it, which is not "
+                 "on isolated CPUs")
+      ->check(CLI::NonNegativeNumber);
   cli.add_option("--limit", arguments.limits,
                  "STAGE:PERCENT:US, e.g. whole:99.9:200: exit code 1 where it is exceeded; may be repeated")
       ->allow_extra_args(false);

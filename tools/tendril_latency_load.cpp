@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <map>
 #include <stdexcept>
 
@@ -22,6 +21,9 @@ namespace {
 
 constexpr const char* kUnmap = "unmap";
 constexpr std::size_t kMapped = 1 << 20, kPage = 4096;
+
+// Where files are on a disk: /tmp is in memory on many machines.
+constexpr const char* kDiskFolder = "/var/tmp";
 
 // stress-ng's; 0 workers: as many as there are CPUs.
 const std::map<std::string, std::vector<std::string>> kLoads{
@@ -52,6 +54,7 @@ LatencyLoad::LatencyLoad(std::vector<std::string> names, int cpu) {
   if (const auto unmap = std::find(names.begin(), names.end(), kUnmap); unmap != names.end()) {
     names.erase(unmap);
     unmapper_ = std::jthread(unmap_until);
+    pthread_setname_np(unmapper_.native_handle(), "load");
     rt::keep_to_cpu(unmapper_.native_handle(), "load", cpu);
   }
   if (!names.empty()) start_stress(names, cpu);
@@ -65,8 +68,8 @@ LatencyLoad::~LatencyLoad() {
 }
 
 void LatencyLoad::start_stress(const std::vector<std::string>& names, int cpu) {
-  std::vector<std::string> words{"stress-ng", "--quiet", "--temp-path",
-                                 std::filesystem::temp_directory_path().string()};
+  // Its own time-out would be a day.
+  std::vector<std::string> words{"stress-ng", "--quiet", "--timeout", "0", "--temp-path", kDiskFolder};
   if (cpu >= 0) words.insert(words.end(), {"--taskset", std::to_string(cpu)});
   for (const std::string& name : names)
     words.insert(words.end(), kLoads.at(name).begin(), kLoads.at(name).end());

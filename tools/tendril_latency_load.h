@@ -18,7 +18,8 @@ std::vector<std::string> load_names();
 class LatencyLoad {
  public:
   /// @param names  of load_names(); none: no load
-  /// @param cpu    the only one that the load may use; -1: any
+  /// @param cpu    the only one that the load may use; -1: those of the caller, which isolcpus keeps off
+  /// isolated ones
   /// @throws std::runtime_error where stress-ng cannot be started; rt::RtError where there is no such CPU
   explicit LatencyLoad(std::vector<std::string> names, int cpu = -1);
   ~LatencyLoad();

@@ -3,6 +3,7 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -51,7 +52,8 @@ bool in_virtual_machine() {
 
 }  // namespace
 
-ordered_json describe_machine() {
+ordered_json describe_machine(int cpu) {
+  const std::string folder = "/sys/devices/system/cpu/cpu" + std::to_string(std::max(cpu, 0));
   utsname kernel{};
   uname(&kernel);
   ordered_json machine;
@@ -61,8 +63,9 @@ ordered_json describe_machine() {
   machine["cpu"] = cpu_model();
   machine["cpus"] = sysconf(_SC_NPROCESSORS_ONLN);
   machine["virtual_machine"] = in_virtual_machine();
-  machine["governor"] = first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
+  machine["governor"] = first_line(folder + "/cpufreq/scaling_governor");
   machine["isolated_cpus"] = first_line("/sys/devices/system/cpu/isolated");
+  machine["cpus_of_the_core"] = first_line(folder + "/topology/thread_siblings_list");
   machine["clock_source"] = first_line("/sys/devices/system/clocksource/clocksource0/current_clocksource");
   machine["rt_runtime_us"] = first_line("/proc/sys/kernel/sched_rt_runtime_us");
   return machine;

@@ -56,8 +56,8 @@ class DriveBench {
         drives_(config),
         bus_(hal::open_bus(bus_name_, hal::BusRole::kHost)),
         clock_(std::min(kServingsPerCycle * options.rate_hz, rt::DeadlineGrid::kHighestRateHz)),
-        thread_({"drives", std::max(1, options.priority / 2), options.others_cpu}, rt::RtRights::kIgnore,
-                [this] { serve(); }) {}
+        thread_({"drives", std::max(1, options.priority / 2), options.housekeeping_cpu},
+                rt::RtRights::kIgnore, [this] { serve(); }) {}
   ~DriveBench() { quit_ = true; }  // the thread is joined next
 
   const std::string& bus() const { return bus_name_; }
@@ -165,7 +165,7 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
                        const TellProgress& tell) {
   require_virtual(options.bus);
   config.control.rate_hz = options.rate_hz;
-  config.control.model_cpu = options.others_cpu;
+  config.control.model_cpu = options.model_cpu;
   config.control.model_rate_limit_hz = options.model_rate_limit;
   config.control.late_cycles_limit = std::numeric_limits<int>::max();
   config = app::without_body(config);
@@ -176,6 +176,7 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
     config.control.iteration_cap = app::judge_qp(config, app::time_iteration(*robot, config)).cap;
   facts.memory_locked = app::lock_memory(options.allow_non_rt);
   const auto idle_latency_limit = app::limit_idle_latency(config.control.idle_latency);
+  facts.idle_latency_held = idle_latency_limit != nullptr;
 
   const auto channels = std::make_unique<app::Channels>();
   const auto counts = std::make_unique<rt::LoopCounts>();
@@ -192,7 +193,7 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   });
   const StopAtExit stop_at_exit{channels->requests};
   if (!control.refusal().empty()) spdlog::warn("{}", control.refusal());
-  rt::keep_to_cpu(pthread_self(), "main", options.others_cpu);
+  rt::keep_to_cpu(pthread_self(), "main", options.housekeeping_cpu);
 
   std::optional<app::Motion> motion;
   facts.seconds = Watch(*channels, options, stages, tell)
@@ -209,11 +210,14 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   model.stop();
   facts.scheduling = words_of(counts->scheduling);
   facts.trace_dropped = channels->trace.dropped();
+  if (counts->heap_calls >= 0) facts.heap_calls = counts->heap_calls;
+  facts.page_faults = counts->page_faults.total();
   if (model.active_seconds() > 0)
     facts.model_rate_hz = static_cast<double>(model.refreshes()) / model.active_seconds();
   if (controller.faulted())
-    facts.fault = controller.stop_reason() == rt::Fault::kDrives ? master->describe(controller.drive_fault())
-                                                                 : rt::rule(controller.stop_reason()).words;
+    facts.problems.push_back("the controller stopped: " + (controller.stop_reason() == rt::Fault::kDrives
+                                                               ? master->describe(controller.drive_fault())
+                                                               : rt::rule(controller.stop_reason()).words));
   return facts;
 }
 
@@ -221,6 +225,7 @@ LatencyFacts run_timer(const LatencyOptions& options, LatencyStages& stages, con
   LatencyFacts facts;
   facts.memory_locked = app::lock_memory(options.allow_non_rt);
   const auto idle_latency_limit = app::limit_idle_latency(0);
+  facts.idle_latency_held = idle_latency_limit != nullptr;
   const auto channels = std::make_unique<app::Channels>();
   rt::Scheduling scheduling;
   rt::RealtimeThread timer({"timer", options.priority, options.cpu}, rights(options), [&] {
@@ -230,7 +235,7 @@ LatencyFacts run_timer(const LatencyOptions& options, LatencyStages& stages, con
   });
   const StopAtExit stop_at_exit{channels->requests};
   if (!timer.refusal().empty()) spdlog::warn("{}", timer.refusal());
-  rt::keep_to_cpu(pthread_self(), "main", options.others_cpu);
+  rt::keep_to_cpu(pthread_self(), "main", options.housekeeping_cpu);
   facts.seconds = Watch(*channels, options, stages, tell).run([](const auto&) {}, [] {});
   timer.join();
   facts.scheduling = words_of(scheduling);

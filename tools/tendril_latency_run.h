@@ -4,7 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <string_view>
+#include <vector>
 
 #include "app/config.h"
 #include "rt/thread.h"
@@ -17,7 +17,8 @@ struct LatencyOptions {
   double duration_s = 0;        ///< of measuring; 0: until a signal
   int priority = 0;             ///< SCHED_FIFO, of the thread that is measured
   int cpu = -1;                 ///< of that thread; -1: any
-  int others_cpu = -1;          ///< of all other threads: model, drives, main, load; -1: any
+  int model_cpu = -1;           ///< of the model thread; -1: any
+  int housekeeping_cpu = -1;    ///< of main thread and drives; -1: any
   double model_rate_limit = 0;  ///< Hz; 0: as fast as it can
   std::string bus;              ///< a virtual CAN interface; empty: a local bus of the run's own
   bool allow_non_rt = false;
@@ -27,10 +28,13 @@ struct LatencyOptions {
 struct LatencyFacts {
   std::string scheduling;
   bool memory_locked = false;
-  double seconds = 0;  ///< that were measured
+  bool idle_latency_held = false;  ///< whether CPUs were kept from deep sleep
+  double seconds = 0;              ///< that were measured
   double model_rate_hz = 0;
-  std::uint64_t trace_dropped = 0;  ///< cycles that are missing from the latencies
-  std::string fault;                ///< why the controller stopped by itself; empty: it did not
+  std::uint64_t trace_dropped = 0;                      ///< cycles that are missing from the latencies
+  std::optional<std::int64_t> heap_calls, page_faults;  ///< of the control thread; nothing where not counted
+  std::vector<std::string>
+      problems;  ///< each a sentence: why the figures are not those of an undisturbed run
 };
 
 /// Called about once a second with the seconds measured so far.

@@ -33,6 +33,31 @@ def run(*arguments):
     return finish(start(*arguments))
 
 
+def wait_for_progress(process):
+    """Until it measures."""
+    while " cycles " not in (line := process.stderr.readline()):
+        if not line:
+            raise AssertionError(f"it has ended, with {process.wait()}")
+
+
+def names(folder):
+    """Of all processes or threads in it, by their identifiers."""
+    found = {}
+    for entry in Path(folder).glob("[0-9]*"):
+        try:
+            found[int(entry.name)] = (entry / "comm").read_text().rstrip("\n")
+        except OSError:
+            pass  # it has just ended
+    return found
+
+
+def child_of(process, name):
+    for pid, found in names("/proc").items():
+        if found == name and int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1]) == process.pid:
+            return pid
+    raise AssertionError(f"{process.pid} has no child {name}")
+
+
 class LatencyTest(unittest.TestCase):
     def test_wrong_arguments_are_explained_before_anything_runs(self):
         for arguments, said in (
@@ -76,13 +101,16 @@ class LatencyTest(unittest.TestCase):
         self.assertEqual(code, 0, err)
         found = json.loads(out)
         self.assertEqual(list(found["stages"]), ["wakeup", "read", "solve", "write", "whole"])
-        self.assertEqual((found["rate_hz"], found["bus"], found["load"], found["fault"]), (200, "local", [], ""))
+        self.assertEqual((found["rate_hz"], found["bus"], found["load"], found["problems"]), (200, "local", [], []))
         self.assertGreater(found["model_rate_hz"], 0)
         self.assertGreaterEqual(found["cycles"], 100)
         for stage in ("read", "solve", "write"):
             counted = sum(count for _, _, count in found["stages"][stage]["buckets"])
             self.assertEqual(counted, found["cycles"] - found["late"])
         self.assertRegex(found["scheduling"], r"^SCHED_(FIFO 80|OTHER 0)$")
+        self.assertIn(found["heap_calls"], (0, None))  # sanitizers keep them from being counted
+        if found["memory_locked"] and found["heap_calls"] == 0:
+            self.assertEqual(found["page_faults"], 0)
 
     def test_the_bus_may_be_a_virtual_can_interface(self):
         if not Path("/sys/class/net/vcan0").exists():
@@ -92,20 +120,46 @@ class LatencyTest(unittest.TestCase):
         code, out, err = run("--rate", 50, "--duration", 2, "--bus", "vcan0", "--json", ROBOT)
         self.assertEqual(code, 0, err)
         found = json.loads(out)
-        self.assertEqual((found["bus"], found["fault"]), ("vcan0", ""))
+        self.assertEqual((found["bus"], found["problems"]), ("vcan0", []))
         # Each of the cycles that were worked off has sent a frame at least, and a drive has answered.
         self.assertGreater(int(heard.read_text()) - before, 2 * (found["cycles"] - found["late"]))
 
     def test_every_load_is_there_while_it_measures(self):
+        workers = {"cpu": "stress-ng-cpu", "memory": "stress-ng-vm", "disk": "stress-ng-hdd", "faults": "stress-ng-fault"}
         known = re.search(r"--load TEXT:\{([a-z,]+)\}", run("--help")[1])[1].split(",")
-        self.assertIn("unmap", known)
+        self.assertEqual(set(known), {"unmap", *workers})
         for load in known:
             with self.subTest(load=load):
                 if load != "unmap" and shutil.which("stress-ng") is None:
                     self.skipTest("stress-ng is missing")
-                code, out, err = run("--timer", "--duration", 0.3, "--load", load, "--json")
+                process = start("--timer", "--load", load, "--json")
+                wait_for_progress(process)
+                if load == "unmap":
+                    self.assertIn("load", names(f"/proc/{process.pid}/task").values())
+                else:
+                    self.assertIn(workers[load], names("/proc").values())
+                process.send_signal(signal.SIGINT)
+                code, out, err = finish(process)
                 self.assertEqual(code, 0, err)
                 self.assertEqual(json.loads(out)["load"], [load])
+
+    def test_a_load_that_dies_is_told_and_no_figure_lost(self):
+        if shutil.which("stress-ng") is None:
+            self.skipTest("stress-ng is missing")
+        process = start("--timer", "--load", "cpu", "--json")
+        wait_for_progress(process)
+        os.kill(child_of(process, "stress-ng"), signal.SIGKILL)
+        wait_for_progress(process)
+        process.send_signal(signal.SIGINT)
+        code, out, err = finish(process)
+        self.assertEqual(code, 1, err)
+        self.assertGreater(json.loads(out)["cycles"], 100)
+        self.assertIn("stress-ng ended by itself", json.loads(out)["problems"][0])
+
+    def test_a_report_that_cannot_be_written_is_refused_before_anything_is_measured(self):
+        code, out, err = run("--timer", "--report", "/proc/no")
+        self.assertEqual((code, out), (2, ""), err)
+        self.assertIn("/proc/no", err)
 
     def test_a_limit_that_is_broken_gives_exit_code_1_and_one_that_is_met_does_not(self):
         code, out, err = run("--timer", "--duration", 0.2, "--limit", "wakeup:99.9:0")
@@ -119,8 +173,7 @@ class LatencyTest(unittest.TestCase):
         for what in (("--timer",), (ROBOT, "--rate", 200)):
             with self.subTest(what=what):
                 process = start(*what, "--json")
-                while " cycles " not in process.stderr.readline():  # progress: it measures
-                    self.assertIsNone(process.poll())
+                wait_for_progress(process)
                 process.send_signal(signal.SIGINT)
                 code, out, err = finish(process)
                 self.assertEqual(code, 0, err)

@@ -66,8 +66,12 @@ def facts(result):
     run = [("What ran", "the bare timer" if result["what"] == "timer" else result["what"]),
            ("Rate", number(result["rate_hz"], "Hz")), ("Duration", number(result["seconds"], "s")),
            ("Scheduling", result["scheduling"]), ("Memory locked", yes[result["memory_locked"]]),
-           ("CPU of the measured thread", "any" if result["cpu"] is None else result["cpu"]),
-           ("CPU of the others", "any" if result["others_cpu"] is None else result["others_cpu"]),
+           ("CPUs are kept from deep sleep", yes[result["idle_latency_held"]]),
+           *((f"CPU of the {who}", "any" if result[key] is None else result[key]) for who, key in
+             (("measured thread", "cpu"), ("model", "model_cpu"), ("rest of ours", "housekeeping_cpu"),
+              ("load", "load_cpu"))),
+           *((f"{what} of the measured thread", "not counted" if result[key] is None else count(result[key]))
+             for what, key in (("Heap calls", "heap_calls"), ("Page faults", "page_faults"))),
            ("Model refreshes", number(result["model_rate_hz"], "Hz")),
            ("Load beside it", ", ".join(result["load"]) or "none of ours"),
            ("Cycles missing from the figures", count(result["trace_dropped"]))]
@@ -77,12 +81,11 @@ def facts(result):
 def verdict(result):
     """(whether all is well, what happened in a sentence or two)."""
     said = [f"{count(result['late'])} of {count(result['cycles'])} cycles were late."]
-    if result["fault"]:
-        said.append(f"The controller stopped: {result['fault']}.")
+    said += [f"{problem[0].upper()}{problem[1:]}." for problem in result["problems"]]
     said += [f"{limit['stage']}: {limit['percent']:g} % within {number(limit['found_us'], 'µs')}, "
              f"{number(limit['limit_us'], 'µs')} allowed{'' if limit['met'] else ': broken'}."
              for limit in result["limits"]]
-    return not result["fault"] and all(limit["met"] for limit in result["limits"]), " ".join(said)
+    return not result["problems"] and all(limit["met"] for limit in result["limits"]), " ".join(said)
 
 
 def write(folder):
