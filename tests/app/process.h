@@ -8,8 +8,8 @@
 
 namespace tendril::app {
 
-/// How long a test waits for what must come, s. So long that only a program that hangs misses it, sanitized or in an
-/// emulator, where a step of the simulated body takes more than a minute.
+/// How long a test waits for what must come, s. So long that only a program that hangs misses it, sanitized
+/// or in an emulator, where a step of the simulated body takes more than a minute.
 inline constexpr double kPatience_s = 240;
 
 /// A program under test: started without a shell, in a process group of its own, and all that it writes kept.
