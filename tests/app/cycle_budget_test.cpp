@@ -23,9 +23,8 @@ TEST_CASE("A cycle at worst is bus, decision and the QP's iterations up to its c
   CHECK(budget.whole_s == Approx(300e-6));
   CHECK(budget.margin == Approx(0.85));
   CHECK(budget.text ==
-        "read 100 us, decide 20 us and 100 us more with the QP at its cap, write 80 us: 300 of 2000 us here, "
-        "85 "
-        "% left for the wake-up");
+        "read 100 us, decide 20 us and 100 us more with the QP at its cap, write 80 us: 300 of 2000 us here "
+        "on a local bus, 85 % left for the wake-up");
 }
 
 TEST_CASE("A cycle that leaves the wake-up less than half of its time is advised against", "[unit]") {
