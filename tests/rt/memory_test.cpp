@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <cstring>
+#include <thread>
 
 #include "child_process.h"
 #include "rt/page_faults.h"
@@ -86,6 +87,18 @@ TEST_CASE("After lock_memory, freed memory stays with the process and comes back
     const std::int64_t faults = counter.faults().minor + faults_of_first_use(block);
     std::free(block);
     return given_back + faults;
+  });
+}
+
+TEST_CASE("After lock_memory, threads allocate from the one heap that keeps what is freed", "[rt]") {
+  check_zero_with_locked_memory([] {
+    const char* const heap = static_cast<char*>(std::malloc(1));
+    bool elsewhere = true;
+    std::thread([&] {
+      const char* const block = static_cast<char*>(std::malloc(1 << 20));
+      elsewhere = block < heap || block >= static_cast<char*>(sbrk(0));
+    }).join();
+    return elsewhere;
   });
 }
 
