@@ -146,7 +146,8 @@ CycleBudget judge_cycle(const Config& config, const CycleCost& cost, const QpBud
         fmt::format("{}: control.rate: found {:g} Hz, expected at most {:.3g} Hz: a cycle does not fit, it "
                     "takes {} here; lower the rate, the number of actuators or control.iteration_cap",
                     config.file.string(), config.control.rate_hz, 1 / budget.whole_s, sum));
-  budget.text = fmt::format("{} here on a local bus, {:.0f} % left for the wake-up", sum, 100 * budget.margin);
+  budget.text =
+      fmt::format("{} here on a local bus, {:.0f} % left for the wake-up", sum, 100 * budget.margin);
   if (budget.margin < kMarginAdvised)
     budget.text += ": little; measure it with tendril-latency, or lower control.rate";
   return budget;
