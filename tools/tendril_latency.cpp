@@ -139,7 +139,7 @@ void print_for_people(const Arguments& arguments, const LatencyStages& stages, c
 void make_folder(const std::filesystem::path& folder) {
   std::error_code refused;  // which the file below meets, too
   std::filesystem::create_directories(folder, refused);
-  if (!std::ofstream(folder / kResult))
+  if (!std::ofstream(folder / kResult, std::ios::app))  // an earlier result stays until there is a new one
     throw usage(fmt::format("--report: {} cannot be written", (folder / kResult).string()));
 }
 
