@@ -17,8 +17,6 @@ namespace tendril::app {
 namespace {
 
 constexpr double kFastestRate = 20e3;  // Hz; no CAN bus carries a cycle in less than 50 us
-constexpr Range kPositive = {.above = 0};
-constexpr Range kNotNegative = {.at_least = 0};
 constexpr Range kLoopRate = {.above = 0, .at_most = kFastestRate};
 constexpr Range kCpu = {.at_least = -1, .at_most = 1023};
 constexpr Range kHeartbeat = {.at_least = 1e-3, .at_most = 65.535};  // u16 in ms, CiA 301 objects 1016, 1017

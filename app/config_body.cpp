@@ -12,8 +12,6 @@
 namespace tendril::app {
 namespace {
 
-constexpr Range kPositive = {.above = 0};
-constexpr Range kNotNegative = {.at_least = 0};
 constexpr double kVolumeWeight = 1000;  // 1/m²: an error of 1 ml counts as much as one of 1 mm
 
 void read_mesh_file(const Value& v, MeshConfig& mesh) {

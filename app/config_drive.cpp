@@ -8,7 +8,6 @@ namespace tendril::app {
 namespace {
 
 constexpr auto kCanopen = hal::Protocol::kCanopen, kOdrive = hal::Protocol::kOdrive;
-constexpr Range kPositive = {.above = 0};
 constexpr Range kHomingMethod = {.at_least = -128, .at_most = 127};  // object 6098, i8
 constexpr Range kHomingQuantity = {.at_least = 1};
 

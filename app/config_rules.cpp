@@ -92,7 +92,6 @@ void check_actuators(const Value& robot, const Config& config) {
   }
 }
 
-constexpr auto kOdrive = hal::Protocol::kOdrive;
 constexpr double kLargestTorque = 32.767;  // rated ones, object 6071, i16 in thousandths
 
 /// @return the node ids in use
@@ -103,11 +102,11 @@ std::vector<int> check_nodes(const Value& robot, const Config& config) {
     nodes.push_back(node);
     owners.push_back(owner);
   };
-  if (config.bus.protocol != kOdrive) add(config.bus.master_node, "bus.master_node");
+  if (config.bus.protocol != hal::Protocol::kOdrive) add(config.bus.master_node, "bus.master_node");
   for (std::size_t i = 0; i < config.actuators.size(); ++i) {
     const int node = config.actuators[i].drive.node;
     const Value place = robot.at("actuators").at(i).at("drive").at("node");
-    if (config.bus.protocol == kOdrive && config.bus.firmware == hal::OdriveFirmware::k0_6 &&
+    if (config.bus.protocol == hal::Protocol::kOdrive && config.bus.firmware == hal::OdriveFirmware::k0_6 &&
         node == hal::kOdriveUnaddressed)
       place.fail("at most 62, as firmware 0.6 gives 63 to axes that have no address yet");
     const auto taken = std::ranges::find(nodes, node);
@@ -138,7 +137,7 @@ void check_references(const Value& robot, const Config& config) {
   for (std::size_t i = 0; i < config.actuators.size(); ++i) {
     const hal::CanopenAxis& axis = config.actuators[i].drive.canopen;
     const Value place = robot.at("actuators").at(i).at("drive");
-    if (config.bus.protocol == kOdrive) {
+    if (config.bus.protocol == hal::Protocol::kOdrive) {
       if (!config.actuators[i].drive.counts_from_power_on)
         place.at("reference")
             .fail(
@@ -182,7 +181,7 @@ void check_set_points(const Value& robot, const Config& config) {
     }
     if (axis.following_error > 0)
       drive.at("following_error").fail("no such key, as drive.setpoint is effort");
-    if (config.bus.protocol != kOdrive) check_torques(drive, actuator);
+    if (config.bus.protocol != hal::Protocol::kOdrive) check_torques(drive, actuator);
   }
 }
 
@@ -194,7 +193,8 @@ void check_bus(const Value& robot, const Config& config) {
     timeout.fail(
         fmt::format("at least two heartbeats, {} s (it is {} s)", 2 * bus.heartbeat, bus.heartbeat_timeout));
   }
-  const double feedback_period = bus.protocol == kOdrive ? bus.encoder_period : 1 / config.control.rate_hz;
+  const double feedback_period =
+      bus.protocol == hal::Protocol::kOdrive ? bus.encoder_period : 1 / config.control.rate_hz;
   if (bus.feedback_timeout < 2 * feedback_period) {
     const Value timeout = robot.at("bus").at("feedback_timeout");
     timeout.fail(fmt::format("at least two positions' time, {:g} s (it is {:g} s)", 2 * feedback_period,
@@ -221,7 +221,7 @@ void check_motion(const Value& robot, const Config& config) {
 }  // namespace
 
 std::string identifier_owner(hal::Protocol protocol, int identifier, const std::vector<int>& nodes) {
-  if (protocol == kOdrive) {
+  if (protocol == hal::Protocol::kOdrive) {
     const int owner = identifier >> 5;
     return std::ranges::find(nodes, owner) == nodes.end()
                ? ""

@@ -7,7 +7,7 @@
 namespace tendril::app {
 namespace {
 
-constexpr double kSettled = 1e-9;  // m
+constexpr double kRestAccuracy = 1e-9;  // m
 // An actuator that stands further than this from where it stood before the start has been moved.
 constexpr double kMoved = 1e-3;  // s at its top rate
 
@@ -49,7 +49,8 @@ ModelRefresher::ModelRefresher(const Robot& robot, const Config& config)
 }
 
 bool ModelRefresher::settle(const Eigen::VectorXd& delta_a) {
-  const fem::Settled settled = equilibrium_.settle_at_displacements(delta_a, fem::Sign::kPullOnly, kSettled);
+  const fem::Settled settled =
+      equilibrium_.settle_at_displacements(delta_a, fem::Sign::kPullOnly, kRestAccuracy);
   if (!settled.converged) return false;
   lambda_ = settled.lambda;
   last_good_x_ = equilibrium_.x();

@@ -11,7 +11,7 @@
 namespace tendril::app {
 namespace {
 
-constexpr double kSettled = 1e-9;  // m
+constexpr double kPlantRestAccuracy = 1e-9;  // m
 // A drive that keeps up with its actuator's top rate has some in hand to catch up with.
 constexpr double kSpareSpeed = 1.25;
 constexpr double kUnlimited = hal::SimulatedActuator::kUnlimited;
@@ -173,7 +173,8 @@ PlantBody::PlantBody(const Config& config, const PlantDisplacements& start)
                 fem::Damping{config.plant->damping_mass, config.plant->damping_stiffness}),
       time_step_ns_(std::llround(1e9 * config.plant->time_step)) {
   fem::Equilibrium rest(robot_->model, robot_->constraints);
-  const fem::Settled settled = rest.settle_at_displacements(vector(start), fem::Sign::kPullOnly, kSettled);
+  const fem::Settled settled =
+      rest.settle_at_displacements(vector(start), fem::Sign::kPullOnly, kPlantRestAccuracy);
   if (!settled.converged)
     throw ConfigError(
         fmt::format("{}: plant: the simulated robot finds no rest with its drives as they stand; "

@@ -21,8 +21,8 @@ constexpr double kShare = 0.25;
 // from its working set a cycle later, and that leads nowhere where a cycle has too few for what is done anew
 // in each: looking into a conflict of rows, and the passes of a problem of two levels.
 constexpr int needed_iterations(int n) { return 4 * n + 8; }
-constexpr double kQuantile = 0.99;
-constexpr int kSamples = 200;
+constexpr double kIterationQuantile = 0.99;
+constexpr int kIterationSamples = 200;
 // An instant on the clock is as long as several iterations of a small problem: so many problems are a sample.
 constexpr int kSolves = 4;
 
@@ -70,13 +70,13 @@ double time_iteration(const Robot& robot, const Config& config) {
   limits.iteration_cap = useful_iterations(limits.actuators);
   const auto conflicts = std::make_unique<Conflicts>(*snapshot, limits);
   std::vector<double> times;
-  for (int k = 0; k < kSamples; ++k) {
+  for (int k = 0; k < kIterationSamples; ++k) {
     int iterations = 0;
     const double begin = cpu_seconds();
     for (int j = 0; j < kSolves; ++j) iterations += conflicts->solve();
     times.push_back((cpu_seconds() - begin) / std::max(iterations, 1));
   }
-  const auto high = times.begin() + static_cast<long>(kQuantile * (kSamples - 1));
+  const auto high = times.begin() + static_cast<long>(kIterationQuantile * (kIterationSamples - 1));
   std::nth_element(times.begin(), high, times.end());
   return *high;
 }

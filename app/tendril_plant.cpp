@@ -3,11 +3,11 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <atomic>
 #include <optional>
 #include <thread>
 
+#include "app/command_line.h"
 #include "app/exit_codes.h"
 #include "app/plant.h"
 #include "app/plant_console.h"
@@ -117,7 +117,7 @@ int run_plant(const std::string& file, const std::string& bus_name) {
 }  // namespace tendril::app
 
 int main(int argc, char** argv) {
-  CLI::App cli{
+  tendril::app::CommandLine cli{
       "tendril-plant is a simulated robot on the other side of the bus: servo drives that speak the "
       "protocol of the robot file, a body in motion with a material of its own (section 'plant' of the robot "
       "file), and its sensors. "
@@ -128,11 +128,10 @@ int main(int argc, char** argv) {
       "machine lacks something (bus)."};
   std::string file, bus;
   bool eds = false;
-  cli.add_option("CONFIG", file, "the robot: a YAML file, see docs/robot-file.md")->required();
-  cli.add_option("--bus", bus, "CAN interface, or local:PATH; replaces bus.name of the file");
+  cli.add("CONFIG", file, "the robot: a YAML file, see docs/robot-file.md").required();
+  cli.add("--bus", bus, "CAN interface, or local:PATH; replaces bus.name of the file");
   cli.add_flag("--eds", eds, "print the electronic data sheet of the simulated CiA 402 drives, and end");
-  cli.set_version_flag("--version", TENDRIL_VERSION);
-  if (const auto code = tendril::app::parse_arguments(cli, argc, argv)) return *code;
+  if (const auto code = cli.parse(argc, argv)) return *code;
 
   if (eds) {
     fmt::print("{}", tendril::hal::drive_eds());

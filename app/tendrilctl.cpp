@@ -1,22 +1,19 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
-
+#include "app/command_line.h"
 #include "app/exit_codes.h"
 #include "app/jog_run.h"
 #include "app/stop_signal.h"
 
 int main(int argc, char** argv) {
   using namespace tendril;
-  CLI::App cli{
+  app::CommandLine cli{
       "tendrilctl is for the hands of whoever wires and runs the robot.\n\n"
       "Exit codes: 0 done; 1 it ended otherwise than asked; 2 wrong usage or robot file; 3 the machine lacks "
       "something (rights, bus)."};
-  cli.require_subcommand(1);
-  cli.set_version_flag("--version", TENDRIL_VERSION);
   app::JogOptions jog;
-  CLI::App* command = cli.add_subcommand(
+  app::CommandLine& command = cli.add_command(
       "jog",
       "moves one axis by a small way and lets go of it: the first careful motion of a drive. No model, no "
       "daemon (stop it first: one master a bus), no other drive takes part. The motion stays within the "
@@ -24,23 +21,21 @@ int main(int argc, char** argv) {
       "of the robot file; the axis is disabled where it strays from its command, where its drive reports a "
       "fault, and on Ctrl-C.\n"
       "Example: tendrilctl jog config/diamond.yaml north --by '2 mm' --speed '1 mm/s'");
-  command->add_option("CONFIG", jog.file, "the robot: a YAML file, see docs/robot-file.md")->required();
-  command->add_option("ACTUATOR", jog.actuator, "its name in the robot file")->required();
+  command.add("CONFIG", jog.file, "the robot: a YAML file, see docs/robot-file.md").required();
+  command.add("ACTUATOR", jog.actuator, "its name in the robot file").required();
   command
-      ->add_option(
-          "--by", jog.by,
-          "how far from where it stands: '2 mm', '-1 mm', or '0.5 ml' for a pump; positive shortens a "
-          "cable, lengthens a rod, fills a cavity")
-      ->required();
-  command->add_option("--speed", jog.speed, "how fast (default: a hundredth of the actuator's top speed)");
-  command->add_option("--limit", jog.limit, "the farthest that --by may go (default: 5 mm, or 5 ml)");
-  command->add_option("--lag", jog.lag,
-                      "how far from its command the axis may be found (default: 1 mm, or 1 ml)");
-  command->add_option("--bus", jog.bus, "CAN interface, or local:PATH; replaces bus.name of the file");
-  command->add_flag("--json", jog.json, "one line of JSON instead of progress");
-  command->add_flag("--allow-non-rt", jog.allow_non_rt,
-                    "run without SCHED_FIFO and locked memory where they are refused");
-  if (const auto code = app::parse_arguments(cli, argc, argv)) return *code;
+      .add("--by", jog.by,
+           "how far from where it stands: '2 mm', '-1 mm', or '0.5 ml' for a pump; positive shortens a "
+           "cable, lengthens a rod, fills a cavity")
+      .required();
+  command.add("--speed", jog.speed, "how fast (default: a hundredth of the actuator's top speed)");
+  command.add("--limit", jog.limit, "the farthest that --by may go (default: 5 mm, or 5 ml)");
+  command.add("--lag", jog.lag, "how far from its command the axis may be found (default: 1 mm, or 1 ml)");
+  command.add("--bus", jog.bus, "CAN interface, or local:PATH; replaces bus.name of the file");
+  command.add_flag("--json", jog.json, "one line of JSON instead of progress");
+  command.add_flag("--allow-non-rt", jog.allow_non_rt,
+                   "run without SCHED_FIFO and locked memory where they are refused");
+  if (const auto code = cli.parse(argc, argv)) return *code;
 
   spdlog::set_default_logger(spdlog::stderr_logger_st("tendrilctl"));
   app::watch_stop_signals();

@@ -2,17 +2,16 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
-
 #include "app/bus_check.h"
 #include "app/check_report.h"
+#include "app/command_line.h"
 #include "app/daemon.h"
 #include "app/exit_codes.h"
 #include "app/stop_signal.h"
 
 int main(int argc, char** argv) {
   using namespace tendril;
-  CLI::App cli{
+  app::CommandLine cli{
       "tendrild controls a soft robot in real time: a background thread keeps a finite-element model of the "
       "body up to "
       "date, a control thread solves the inverse problem on the newest snapshot at every period and sends "
@@ -24,21 +23,19 @@ int main(int argc, char** argv) {
   std::string file;
   bool check = false, json = false, dbc = false;
   app::DaemonOptions options;
-  cli.add_option("CONFIG", file, "the robot: a YAML file, see docs/robot-file.md")->required();
-  cli.add_option("--bus", options.bus, "CAN interface, or local:PATH; replaces bus.name of the file");
-  cli.add_option("--duration", options.duration_s,
-                 "seconds to run once the drives are enabled; 0: until a signal")
-      ->check(CLI::NonNegativeNumber);
-  cli.add_option("--report", options.report, "folder for figures, trace and pictures of the run");
+  cli.add("CONFIG", file, "the robot: a YAML file, see docs/robot-file.md").required();
+  cli.add("--bus", options.bus, "CAN interface, or local:PATH; replaces bus.name of the file");
+  cli.add("--duration", options.duration_s, "seconds to run once the drives are enabled; 0: until a signal")
+      .not_negative();
+  cli.add("--report", options.report, "folder for figures, trace and pictures of the run");
   cli.add_flag(
       "--allow-non-rt", options.allow_non_rt,
       "run without SCHED_FIFO and locked memory where they are refused; for trying out, not for a robot");
   cli.add_flag("--check", check, "verify everything that needs no bus, say what was found, and end");
   cli.add_flag("--dbc", dbc, "print a DBC file of every frame of this robot's bus, for CAN tools, and end")
-      ->excludes("--check");
+      .excludes("--check");
   cli.add_flag("--json", json, "with --check: one line of JSON");
-  cli.set_version_flag("--version", TENDRIL_VERSION);
-  if (const auto code = app::parse_arguments(cli, argc, argv)) return *code;
+  if (const auto code = cli.parse(argc, argv)) return *code;
 
   spdlog::set_default_logger(spdlog::stderr_logger_mt("tendrild"));
   app::watch_stop_signals();

@@ -12,7 +12,7 @@ namespace tendril::app {
 namespace {
 
 // Not zero: stamps of zero mean "never".
-constexpr std::int64_t kStart_ns = 1'000'000'000;
+constexpr std::int64_t kVirtualStart_ns = 1'000'000'000;
 
 // Places in the list of events.
 constexpr std::size_t kModel = 2, kControl = 4;
@@ -31,7 +31,7 @@ rt::ControllerConfig law(const Config& config, const VirtualSettings& settings) 
 VirtualRig::VirtualRig(const Config& config, const VirtualSettings& settings)
     : config_(config),
       settings_(settings),
-      now_ns_(kStart_ns),
+      now_ns_(kVirtualStart_ns),
       robot_(build_model(config)),
       channels_(std::make_unique<Channels>()),
       medium_(settings.bus_delay_ns),
@@ -44,15 +44,15 @@ VirtualRig::VirtualRig(const Config& config, const VirtualSettings& settings)
       refresher_(*robot_, config),
       body_(config, settings.start),
       drives_(config, settings.start),
-      control_grid_(config.control.rate_hz, kStart_ns),
+      control_grid_(config.control.rate_hz, kVirtualStart_ns),
       rest_(rest_of_effectors(*robot_)),
       jitter_(settings.jitter_seed) {
-  sightings_.push_back(body_.sighting(kStart_ns));
-  events_ = {{&VirtualRig::move_body, body_.time_step_ns(), kStart_ns + body_.time_step_ns()},
-             {&VirtualRig::serve_drives, settings.drive_period_ns, kStart_ns},
-             {&VirtualRig::refresh_model, period_ns(settings.model_rate_hz), kStart_ns},
-             {&VirtualRig::send_target, settings.target_period_ns, kStart_ns},
-             {&VirtualRig::control, 0, kStart_ns}};  // its period is the grid's
+  sightings_.push_back(body_.sighting(kVirtualStart_ns));
+  events_ = {{&VirtualRig::move_body, body_.time_step_ns(), kVirtualStart_ns + body_.time_step_ns()},
+             {&VirtualRig::serve_drives, settings.drive_period_ns, kVirtualStart_ns},
+             {&VirtualRig::refresh_model, period_ns(settings.model_rate_hz), kVirtualStart_ns},
+             {&VirtualRig::send_target, settings.target_period_ns, kVirtualStart_ns},
+             {&VirtualRig::control, 0, kVirtualStart_ns}};  // its period is the grid's
 }
 
 void VirtualRig::run_for(double seconds) {

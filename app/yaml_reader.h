@@ -28,6 +28,7 @@ struct Range {
   /// " above 0 Hz and no more than 20000 Hz", " from 1 to 127"; empty where nothing binds.
   [[nodiscard]] std::string describe(std::string_view unit) const;
 };
+inline constexpr Range kPositive = {.above = 0}, kNotNegative = {.at_least = 0};
 
 /// The words a key may have for its value, and what each means.
 template <class T>

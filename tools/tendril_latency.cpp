@@ -3,13 +3,15 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <optional>
 
+#include "app/command_line.h"
 #include "app/exit_codes.h"
 #include "app/report_pictures.h"
 #include "app/stop_signal.h"
@@ -44,6 +46,11 @@ struct Limit {
 
 app::ConfigError usage(const std::string& text) { return app::ConfigError(text + "; see --help"); }
 
+bool read_number(const std::string& text, double& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
 Limit parse_limit(const std::string& text) {
   const auto refuse = [&] {
     return usage(fmt::format(
@@ -56,7 +63,7 @@ Limit parse_limit(const std::string& text) {
   limit.stage = text.substr(0, first);
   const std::string percent = text.substr(first + 1, second - first - 1), us = text.substr(second + 1);
   if (std::ranges::find(LatencyStages::kNames, limit.stage) == LatencyStages::kNames.end() ||
-      !CLI::detail::lexical_cast(percent, limit.percent) || !CLI::detail::lexical_cast(us, limit.us) ||
+      !read_number(percent, limit.percent) || !read_number(us, limit.us) ||
       !(limit.percent >= 0 && limit.percent <= 100) || !(limit.us >= 0))
     throw refuse();
   return limit;
@@ -217,7 +224,7 @@ int measure(Arguments arguments) {
 
 int main(int argc, char** argv) {
   using namespace tendril;
-  CLI::App cli{
+  app::CommandLine cli{
       "tendril-latency measures how late the control loop is: it runs the daemon's own cycle (bus, snapshot, "
       "QP, bus) with the model thread behind it and simulated drives on the bus, or the bare timer. "
       "Latencies count from the intended wake-up, and a stall counts for every period it covers. Rate, "
@@ -227,41 +234,35 @@ int main(int argc, char** argv) {
       "usage or robot file; "
       "3 the machine lacks something (rights, stress-ng)."};
   tools::Arguments arguments;
-  cli.add_option("CONFIG", arguments.robot, "the robot: a YAML file, see docs/robot-file.md");
+  cli.add("CONFIG", arguments.robot, "the robot: a YAML file, see docs/robot-file.md");
   cli.add_flag("--timer", arguments.timer, "the bare timer instead of a robot, to compare with cyclictest");
-  cli.add_option("--bus", arguments.run.bus,
-                 "virtual CAN interface, for the kernel's CAN stack instead of a local bus: vcan0");
-  cli.add_option("--rate", arguments.rate_hz, "Hz")
-      ->check(CLI::Range(rt::DeadlineGrid::kLowestRateHz, rt::DeadlineGrid::kHighestRateHz));
-  cli.add_option("--duration", arguments.run.duration_s, "seconds to measure; 0: until Ctrl-C")
-      ->check(CLI::NonNegativeNumber);
-  cli.add_option("--priority", arguments.priority, "SCHED_FIFO")->check(CLI::Range(1, 98));
-  cli.add_option("--cpu", arguments.cpu, "the only CPU of the thread that is measured")
-      ->check(CLI::NonNegativeNumber);
-  cli.add_option("--others-cpu", arguments.others_cpu,
-                 "the only CPU of our other threads: model, drives, main")
-      ->check(CLI::NonNegativeNumber);
-  cli.add_option("--model-rate", arguments.model_rate, "Hz, at most; 0: as fast as the model can")
-      ->check(CLI::NonNegativeNumber);
-  cli.add_option("--load", arguments.loads,
-                 "work beside it, unmap in this process, the others by stress-ng: " +
-                     fmt::format("{}", fmt::join(tools::load_names(), ", ")))
-      ->allow_extra_args(false)  // CONFIG may follow
-      ->delimiter(',')
-      ->check(CLI::IsMember(tools::load_names()));
-  cli.add_option("--load-cpu", arguments.load_cpu,
-                 "the only CPU of the load; without it the load is wherever the kernel puts it, which is not "
-                 "on isolated CPUs")
-      ->check(CLI::NonNegativeNumber);
-  cli.add_option("--limit", arguments.limits,
-                 "STAGE:PERCENT:US, e.g. whole:99.9:200: exit code 1 where it is exceeded; may be repeated")
-      ->allow_extra_args(false);
-  cli.add_option("--report", arguments.report, "folder for latency.json, pictures and a page to pass on");
+  cli.add("--bus", arguments.run.bus,
+          "virtual CAN interface, for the kernel's CAN stack instead of a local bus: vcan0");
+  cli.add("--rate", arguments.rate_hz, "Hz")
+      .within(rt::DeadlineGrid::kLowestRateHz, rt::DeadlineGrid::kHighestRateHz);
+  cli.add("--duration", arguments.run.duration_s, "seconds to measure; 0: until Ctrl-C").not_negative();
+  cli.add("--priority", arguments.priority, "SCHED_FIFO").within(1, 98);
+  cli.add("--cpu", arguments.cpu, "the only CPU of the thread that is measured").not_negative();
+  cli.add("--others-cpu", arguments.others_cpu, "the only CPU of our other threads: model, drives, main")
+      .not_negative();
+  cli.add("--model-rate", arguments.model_rate, "Hz, at most; 0: as fast as the model can").not_negative();
+  cli.add("--load", arguments.loads,
+          "work beside it, unmap in this process, the others by stress-ng: " +
+              fmt::format("{}", fmt::join(tools::load_names(), ", ")))
+      .repeatable()
+      .one_of(tools::load_names());
+  cli.add("--load-cpu", arguments.load_cpu,
+          "the only CPU of the load; without it the load is wherever the kernel puts it, which is not "
+          "on isolated CPUs")
+      .not_negative();
+  cli.add("--limit", arguments.limits,
+          "STAGE:PERCENT:US, e.g. whole:99.9:200: exit code 1 where it is exceeded; may be repeated")
+      .repeatable();
+  cli.add("--report", arguments.report, "folder for latency.json, pictures and a page to pass on");
   cli.add_flag("--json", arguments.json, "one line of JSON instead of table and plot");
   cli.add_flag("--allow-non-rt", arguments.run.allow_non_rt,
                "measure without SCHED_FIFO and locked memory where they are refused");
-  cli.set_version_flag("--version", TENDRIL_VERSION);
-  if (const auto code = app::parse_arguments(cli, argc, argv)) return *code;
+  if (const auto code = cli.parse(argc, argv)) return *code;
 
   spdlog::set_default_logger(spdlog::stderr_logger_mt("tendril-latency"));
   app::watch_stop_signals();
