@@ -14,7 +14,7 @@ constexpr double kProximal = 1e-9;
 constexpr int kRounds = 12;          // of the proximal point method; definite problems take two
 constexpr int kStepsPerEffort = 50;  // of the active set; random problems take at most two
 constexpr double kAccuracy = 1e-10;  // of w, relative to the largest gap
-constexpr double kRounding = 1e-13;  // of w, relative to the largest effort
+constexpr double kWRounding = 1e-13;  // of w, relative to the largest effort
 
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxEfforts, 1>;
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxEfforts, kMaxEfforts>;
@@ -37,7 +37,7 @@ struct Problem {
       largest = std::max(largest, std::abs(pull_only[i] ? std::min(lambda[i], w[i]) : w[i]));
     return largest;
   }
-  double rounding(const Vector& lambda) const { return kRounding * lambda.lpNorm<Eigen::Infinity>(); }
+  double rounding(const Vector& lambda) const { return kWRounding * lambda.lpNorm<Eigen::Infinity>(); }
 };
 
 /// Minimum over the free efforts, the others zero.

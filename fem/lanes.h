@@ -9,9 +9,9 @@ constexpr int kWidth = TENDRIL_WIDTH;
 using Lanes = double __attribute__((vector_size(8 * TENDRIL_WIDTH)));
 using Mask = long long __attribute__((vector_size(8 * TENDRIL_WIDTH)));
 using Four = double __attribute__((vector_size(32)));
-// The same in memory, wherever doubles may lie.
-using LooseLanes = double __attribute__((vector_size(8 * TENDRIL_WIDTH), aligned(8), may_alias));
-using LooseFour = double __attribute__((vector_size(32), aligned(8), may_alias));
+// The same in memory, wherever doubles may lie. No aliases: clang would not take the alignment.
+typedef double LooseLanes __attribute__((vector_size(8 * TENDRIL_WIDTH), aligned(8), may_alias));
+typedef double LooseFour __attribute__((vector_size(32), aligned(8), may_alias));
 
 inline Lanes load(const double* p) { return *reinterpret_cast<const LooseLanes*>(p); }
 inline void store(double* p, Lanes v) { *reinterpret_cast<LooseLanes*>(p) = v; }

@@ -90,18 +90,18 @@ void check_shapes(const Mesh& mesh) {
 
 /// A face of a tetrahedron: its nodes in ascending order, whether these turn counter-clockwise as seen from
 /// outside the tetrahedron, and which tetrahedron that is.
-struct Face {
+struct SortedFace {
   std::array<int, 3> nodes;
   bool counter_clockwise;
   int tet;
 };
 
-std::vector<Face> sorted_faces(const Mesh& mesh) {
+std::vector<SortedFace> sorted_faces(const Mesh& mesh) {
   constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};  // seen from outside
-  std::vector<Face> faces;
+  std::vector<SortedFace> faces;
   for (int t = 0; t < mesh.tet_count(); ++t)
     for (const auto& corners : kFaces) {
-      Face face{{mesh.tets[t][corners[0]], mesh.tets[t][corners[1]], mesh.tets[t][corners[2]]}, true, t};
+      SortedFace face{{mesh.tets[t][corners[0]], mesh.tets[t][corners[1]], mesh.tets[t][corners[2]]}, true, t};
       for (const auto& [i, j] : {std::pair(0, 1), std::pair(1, 2), std::pair(0, 1)})
         if (face.nodes[i] > face.nodes[j]) {
           std::swap(face.nodes[i], face.nodes[j]);
@@ -110,7 +110,7 @@ std::vector<Face> sorted_faces(const Mesh& mesh) {
       faces.push_back(face);
     }
   std::sort(faces.begin(), faces.end(),
-            [](const Face& a, const Face& b) { return std::tie(a.nodes, a.tet) < std::tie(b.nodes, b.tet); });
+            [](const SortedFace& a, const SortedFace& b) { return std::tie(a.nodes, a.tet) < std::tie(b.nodes, b.tet); });
   return faces;
 }
 
@@ -126,7 +126,7 @@ void check_neighbours(const Mesh& mesh) {
   }
   twice.refuse_if_any("tetrahedra are in the mesh twice", "remove the second ones from the mesh file");
 
-  const std::vector<Face> faces = sorted_faces(mesh);
+  const std::vector<SortedFace> faces = sorted_faces(mesh);
   for (size_t first = 0, end = 0; first < faces.size(); first = end) {
     while (end < faces.size() && faces[end].nodes == faces[first].nodes) ++end;
     const auto& nodes = faces[first].nodes;

@@ -13,9 +13,9 @@ namespace tendril::fem {
 namespace {
 
 // VTK's cell types [vtkCellType.h]: the tetrahedron, and those without a volume.
-constexpr std::int64_t kTet = 10;
+constexpr std::int64_t kVtkTet = 10;
 const std::set<std::int64_t> kCurvedTets = {24, 71, 78};
-const std::set<std::int64_t> kFlatTypes = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  21, 22,
+const std::set<std::int64_t> kVtkFlatTypes = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  21, 22,
                                            23, 28, 30, 34, 35, 36, 68, 69, 70, 75, 76, 77};
 // An array with more values than this numbers the cells and does not sort them.
 constexpr size_t kMostLabels = 64;
@@ -49,12 +49,12 @@ void check_tet(const VtkGrid& grid, size_t cell, std::int64_t nodes, const std::
     throw MeshError(
         fmt::format("{}: cell {} is a second-order tetrahedron (type {}), expected linear ones (type "
                     "{}); export with element order 1",
-                    file, cell, type, kTet));
-  if (type != kTet)
+                    file, cell, type, kVtkTet));
+  if (type != kVtkTet)
     throw MeshError(
         fmt::format("{}: cell {} is a solid of type {}, expected linear tetrahedra (type {}); divide it "
                     "into such (ParaView: Tetrahedralize)",
-                    file, cell, type, kTet));
+                    file, cell, type, kVtkTet));
   if (nodes != 4)
     throw MeshError(fmt::format("{}: cell {} is a tetrahedron with {} nodes, expected 4", file, cell, nodes));
 }
@@ -79,7 +79,7 @@ Mesh to_mesh(VtkGrid grid, const std::string& file) {
                                     builder.node_count() - 1));
       nodes.push_back(static_cast<int>(node));
     }
-    if (kFlatTypes.contains(grid.types[cell])) {
+    if (kVtkFlatTypes.contains(grid.types[cell])) {
       builder.add_nodes(nodes, groups[cell]);
     } else {
       check_tet(grid, cell, std::ssize(nodes), file);

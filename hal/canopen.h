@@ -117,6 +117,9 @@ enum class SdoAbort : uint32_t {
   kDeviceState = 0x0800'0022
 };
 
+/// As it stands in an SDO frame. Real-time: yes.
+constexpr uint32_t code(SdoAbort abort) noexcept { return static_cast<uint32_t>(abort); }
+
 /// The reason in words; codes of no known meaning say so. Real-time: yes.
 const char* describe_sdo_abort(uint32_t code) noexcept;
 

@@ -18,8 +18,6 @@ constexpr uint16_t kMasterLost = 0x8130, kPdoTooShort = 0x8210, kCommunication =
 // Homing methods, object 6098.
 constexpr int kToNegativeSwitch = 17, kToPositiveSwitch = 18;
 
-constexpr uint32_t code(SdoAbort abort) noexcept { return static_cast<uint32_t>(abort); }
-
 /// Error register (1001) bits for an EMCY code: generic, and communication or the profile's own.
 constexpr uint8_t error_register(uint16_t emergency) noexcept {
   if (emergency == 0) return 0;

@@ -12,7 +12,7 @@ namespace {
 // Axes set up at the same time: their SDO traffic must fit in a cycle beside the PDOs of those that run.
 constexpr int kSetUpAtOnce = 4;
 
-MasterConfig checked(MasterConfig config) {
+MasterConfig checked_canopen(MasterConfig config) {
   check_cia402(config);
   return config;
 }
@@ -30,7 +30,7 @@ std::string object_text(uint32_t object) {
 
 }  // namespace
 
-Cia402Master::Cia402Master(MasterConfig config) : config_(checked(std::move(config))), supervisor_(config_) {
+Cia402Master::Cia402Master(MasterConfig config) : config_(checked_canopen(std::move(config))), supervisor_(config_) {
   axes_.reserve(config_.axes.size());
   for (const AxisConfig& axis : config_.axes) axes_.emplace_back(axis, config_);
 }

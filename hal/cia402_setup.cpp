@@ -9,11 +9,11 @@
 namespace tendril::hal {
 namespace {
 
-constexpr int64_t kMillisecond_ns = 1'000'000;
+constexpr int64_t kSetupMillisecond_ns = 1'000'000;
 constexpr uint16_t kSoftLimits = 0x607D;
 
 uint32_t to_ms(int64_t duration_ns) {
-  return static_cast<uint32_t>((duration_ns + kMillisecond_ns / 2) / kMillisecond_ns);
+  return static_cast<uint32_t>((duration_ns + kSetupMillisecond_ns / 2) / kSetupMillisecond_ns);
 }
 
 void check_axis(const AxisConfig& axis, int master_node) {
@@ -93,13 +93,13 @@ void append_period(std::vector<SdoStep>& steps, InterpolationPeriod period) {
 constexpr uint32_t kNoRemoteRequest = 0x4000'0000;
 
 /// A PDO that is on and goes with every SYNC.
-struct Pdo {
+struct SyncedPdo {
   int communication, mapping;  // indices of its objects
   uint32_t cob_id, first, second;
 };
 
 /// Off, map emptied, map filled, every SYNC, on.
-void append_writes(std::vector<SdoStep>& steps, const Pdo& pdo) {
+void append_writes(std::vector<SdoStep>& steps, const SyncedPdo& pdo) {
   steps.insert(steps.end(), {write(pdo.communication, 1, 4, kPdoInvalid | pdo.cob_id),
                              write(pdo.mapping, 0, 1, 0), write(pdo.mapping, 1, 4, pdo.first),
                              write(pdo.mapping, 2, 4, pdo.second), write(pdo.mapping, 0, 1, 2),
@@ -107,7 +107,7 @@ void append_writes(std::vector<SdoStep>& steps, const Pdo& pdo) {
 }
 
 /// The same state, looked for.
-void append_checks(std::vector<SdoStep>& steps, const Pdo& pdo) {
+void append_checks(std::vector<SdoStep>& steps, const SyncedPdo& pdo) {
   steps.insert(steps.end(), {read(pdo.communication, 1, pdo.cob_id & ~kNoRemoteRequest, ~kNoRemoteRequest),
                              read(pdo.communication, 2, 1), read(pdo.mapping, 0, 2),
                              read(pdo.mapping, 1, pdo.first), read(pdo.mapping, 2, pdo.second)});
@@ -154,8 +154,8 @@ std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& con
             static_cast<uint32_t>(config.canopen.master_node) << 16 | to_ms(config.heartbeat_timeout_ns)),
       write(0x1017, 0, 2, to_ms(config.heartbeat_ns))};
   const uint32_t target = axis.set_point == SetPoint::kEffort ? kMapTargetTorque : kMapTargetPosition;
-  for (const Pdo& pdo : {Pdo{0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), kMapControlword, target},
-                         Pdo{0x1800 + number, 0x1A00 + number, kNoRemoteRequest | tpdo_cob_id(axis),
+  for (const SyncedPdo& pdo : {SyncedPdo{0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), kMapControlword, target},
+                         SyncedPdo{0x1800 + number, 0x1A00 + number, kNoRemoteRequest | tpdo_cob_id(axis),
                              kMapStatusword, kMapActualPosition}})
     axis.canopen.mapping == Mapping::kConfigure ? append_writes(steps, pdo) : append_checks(steps, pdo);
   append_mode(steps, following_mode(axis));

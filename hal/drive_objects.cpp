@@ -125,8 +125,6 @@ int32_t sign_extend(uint32_t value, int bytes) noexcept {
   return static_cast<int32_t>(value << shift) >> shift;
 }
 
-constexpr uint32_t code(SdoAbort abort) noexcept { return static_cast<uint32_t>(abort); }
-
 std::string text_of(const char* format, auto... values) {
   char text[160];
   std::snprintf(text, sizeof text, format, values...);

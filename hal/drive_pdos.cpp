@@ -8,8 +8,6 @@ using Pdo = DriveObjects::Pdo;
 
 constexpr int kMapEntries = 8, kMaxBytes = 8;
 
-constexpr uint32_t code(SdoAbort abort) noexcept { return static_cast<uint32_t>(abort); }
-
 constexpr bool is_received(const Pdo& pdo) noexcept { return pdo.id == DriveObjects::kRpdoId; }
 
 uint32_t mapping(const DriveObjects& objects, const Pdo& pdo, int entry) noexcept {

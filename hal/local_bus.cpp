@@ -223,14 +223,14 @@ class LocalHost final : public Bus {
   uint64_t dropped_ = 0;
 };
 
-[[noreturn]] void refuse(const std::string& what) { throw BusError(what); }
+[[noreturn]] void refuse_local(const std::string& what) { throw BusError(what); }
 
 std::string reason(int error) { return std::strerror(error); }
 
 sockaddr_un address_of(const std::string& path) {
   sockaddr_un address{};
   if (path.empty() || path.size() >= sizeof address.sun_path)
-    refuse("the path of a local bus must have 1.." + std::to_string(sizeof address.sun_path - 1) +
+    refuse_local("the path of a local bus must have 1.." + std::to_string(sizeof address.sun_path - 1) +
            " characters; 'local:" + path + "' has not");
   address.sun_family = AF_UNIX;
   path.copy(address.sun_path, path.size());
@@ -239,7 +239,7 @@ sockaddr_un address_of(const std::string& path) {
 
 Descriptor open_socket() {
   Descriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  if (socket.get() < 0) refuse("cannot open a local socket: " + reason(errno));
+  if (socket.get() < 0) refuse_local("cannot open a local socket: " + reason(errno));
   return socket;
 }
 
@@ -253,10 +253,10 @@ int try_connect(const Descriptor& socket, const sockaddr_un& address) noexcept {
 void clear_stale(const std::string& path, const sockaddr_un& address) {
   struct stat status {};
   if (::lstat(path.c_str(), &status) != 0) return;
-  if (!S_ISSOCK(status.st_mode)) refuse("'" + path + "' exists and is no socket; choose another path");
+  if (!S_ISSOCK(status.st_mode)) refuse_local("'" + path + "' exists and is no socket; choose another path");
   const int error = try_connect(open_socket(), address);
   if (error != ECONNREFUSED)
-    refuse("a local bus at '" + path + "' has a host already; stop that program or choose another path");
+    refuse_local("a local bus at '" + path + "' has a host already; stop that program or choose another path");
   ::unlink(path.c_str());
 }
 
@@ -268,12 +268,12 @@ std::unique_ptr<Bus> host_local_bus(const std::string& path) {
   Descriptor listener = open_socket();
   const auto* generic = reinterpret_cast<const sockaddr*>(&address);
   if (::bind(listener.get(), generic, sizeof address) != 0 || ::listen(listener.get(), kMaxJoiners) != 0)
-    refuse("cannot listen at '" + path + "': " + reason(errno) + "; the folder must exist and be writable");
+    refuse_local("cannot listen at '" + path + "': " + reason(errno) + "; the folder must exist and be writable");
   Descriptor poller(::epoll_create1(EPOLL_CLOEXEC));
   epoll_event event{};
   event.events = EPOLLIN;
   if (poller.get() < 0 || ::epoll_ctl(poller.get(), EPOLL_CTL_ADD, listener.get(), &event) != 0)
-    refuse("cannot watch the local bus at '" + path + "': " + reason(errno));
+    refuse_local("cannot watch the local bus at '" + path + "': " + reason(errno));
   return std::make_unique<LocalHost>(std::move(listener), std::move(poller), path);
 }
 
@@ -285,11 +285,11 @@ std::unique_ptr<Bus> join_local_bus(const std::string& path, int64_t wait_ns) {
     const int error = try_connect(socket, address);
     if (error == 0) return std::make_unique<LocalJoiner>(std::move(socket), path);
     const bool may_come = error == ENOENT || error == ECONNREFUSED || error == EAGAIN;
-    if (!may_come) refuse("cannot join the local bus at '" + path + "': " + reason(error));
+    if (!may_come) refuse_local("cannot join the local bus at '" + path + "': " + reason(error));
     if (std::chrono::steady_clock::now() >= deadline) break;
     std::this_thread::sleep_for(kRetry);
   }
-  refuse("nobody has hosted a local bus at '" + path + "' for " + std::to_string(wait_ns / 1'000'000) +
+  refuse_local("nobody has hosted a local bus at '" + path + "' for " + std::to_string(wait_ns / 1'000'000) +
          " ms; start the plant first (tendril-plant), or check the path");
 }
 

@@ -22,7 +22,7 @@ void check_axis(const AxisConfig& axis, OdriveFirmware firmware) {
     refuse_drives(who + "the limits of velocity and current must be both positive or both left out");
 }
 
-MasterConfig checked(MasterConfig config) {
+MasterConfig checked_odrive(MasterConfig config) {
   check_odrive(config);
   return config;
 }
@@ -62,7 +62,7 @@ std::vector<PeriodicFrames> odrive_frames(const MasterConfig& config) {
           {.length = 8, .rate_hz = rate_hz(config.heartbeat_ns), .count = axes}};
 }
 
-OdriveMaster::OdriveMaster(MasterConfig config) : config_(checked(std::move(config))), supervisor_(config_) {
+OdriveMaster::OdriveMaster(MasterConfig config) : config_(checked_odrive(std::move(config))), supervisor_(config_) {
   axes_.reserve(config_.axes.size());
   for (const AxisConfig& axis : config_.axes) axes_.emplace_back(axis, config_);
 }

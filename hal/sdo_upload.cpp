@@ -5,8 +5,6 @@
 namespace tendril::hal {
 namespace {
 
-constexpr uint32_t code(SdoAbort abort) noexcept { return static_cast<uint32_t>(abort); }
-
 }  // namespace
 
 void SdoUpload::start(ObjectAddress object) noexcept {

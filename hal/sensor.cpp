@@ -6,17 +6,17 @@
 namespace tendril::hal {
 namespace {
 
-[[noreturn]] void refuse(const SensorConfig& sensor, const std::string& what) {
+[[noreturn]] void refuse_sensor(const SensorConfig& sensor, const std::string& what) {
   throw std::invalid_argument("sensor '" + sensor.name + "': " + what);
 }
 
 void check_frame(const SensorConfig& sensor) {
   if (sensor.id > (sensor.extended ? 0x1FFF'FFFFu : 0x7FFu))
-    refuse(sensor, sensor.extended ? "the identifier must fit 29 bits" : "the identifier must fit 11 bits");
-  if (sensor.length < 1 || sensor.length > 8) refuse(sensor, "the length must be within 1..8 bytes");
-  if (!(sensor.rate_hz > 0)) refuse(sensor, "the rate must be positive");
-  if (sensor.timeout_ns <= 0) refuse(sensor, "the timeout must be positive");
-  if (sensor.signals.empty()) refuse(sensor, "there must be a signal");
+    refuse_sensor(sensor, sensor.extended ? "the identifier must fit 29 bits" : "the identifier must fit 11 bits");
+  if (sensor.length < 1 || sensor.length > 8) refuse_sensor(sensor, "the length must be within 1..8 bytes");
+  if (!(sensor.rate_hz > 0)) refuse_sensor(sensor, "the rate must be positive");
+  if (sensor.timeout_ns <= 0) refuse_sensor(sensor, "the timeout must be positive");
+  if (sensor.signals.empty()) refuse_sensor(sensor, "there must be a signal");
 }
 
 void check_signals(const SensorConfig& sensor) {
@@ -27,9 +27,9 @@ void check_signals(const SensorConfig& sensor) {
   for (const Signal& signal : signals) {
     check(signal);
     const std::string who = "signal '" + signal.name + "' ";
-    if (bytes_needed(signal) > sensor.length) refuse(sensor, who + "reaches beyond the frame's length");
-    if (!names.insert(signal.name).second) refuse(sensor, who + "is there twice");
-    if ((taken & bits_of(signal)) != 0) refuse(sensor, who + "overlaps with another");
+    if (bytes_needed(signal) > sensor.length) refuse_sensor(sensor, who + "reaches beyond the frame's length");
+    if (!names.insert(signal.name).second) refuse_sensor(sensor, who + "is there twice");
+    if ((taken & bits_of(signal)) != 0) refuse_sensor(sensor, who + "overlaps with another");
     taken |= bits_of(signal);
   }
 }

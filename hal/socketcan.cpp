@@ -170,7 +170,7 @@ class SocketCan final : public Bus {
   uint32_t receive_dropped_ = 0;
 };
 
-[[noreturn]] void refuse(const std::string& what) { throw BusError(what); }
+[[noreturn]] void refuse_socketcan(const std::string& what) { throw BusError(what); }
 
 std::string reason() { return std::strerror(errno); }
 
@@ -179,9 +179,9 @@ Descriptor open_socket(const std::string& interface) {
   Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
   if (socket.get() < 0) {
     if (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT)
-      refuse("cannot open '" + interface +
+      refuse_socketcan("cannot open '" + interface +
              "': this kernel has no CAN support; load it with `modprobe can-raw`, or use local:PATH");
-    refuse("cannot open a CAN socket for '" + interface + "': " + reason() +
+    refuse_socketcan("cannot open a CAN socket for '" + interface + "': " + reason() +
            "; run as a user who may, or grant CAP_NET_RAW");
   }
   const can_err_mask_t errors = CAN_ERR_CRTL | CAN_ERR_BUSOFF | CAN_ERR_RESTARTED;
@@ -190,7 +190,7 @@ Descriptor open_socket(const std::string& interface) {
       ::setsockopt(socket.get(), SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) != 0 ||
       ::setsockopt(socket.get(), SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) != 0 ||
       ::setsockopt(socket.get(), SOL_SOCKET, SO_RCVBUF, &kQueueBytes, sizeof kQueueBytes) != 0)
-    refuse("cannot set up the CAN socket of '" + interface + "': " + reason());
+    refuse_socketcan("cannot set up the CAN socket of '" + interface + "': " + reason());
   return socket;
 }
 
@@ -205,7 +205,7 @@ void filter(const Descriptor& socket, const std::string& interface, std::span<co
   }
   const auto size = static_cast<socklen_t>(filters.size() * sizeof(can_filter));
   if (::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), size) != 0)
-    refuse("cannot listen to " + std::to_string(wanted.size()) + " identifiers on '" + interface +
+    refuse_socketcan("cannot listen to " + std::to_string(wanted.size()) + " identifiers on '" + interface +
            "': " + reason() + "; the kernel takes up to " + std::to_string(CAN_RAW_FILTER_MAX));
 }
 
@@ -213,14 +213,14 @@ void require_up(const Descriptor& socket, const std::string& interface) {
   ifreq request{};
   interface.copy(request.ifr_name, IFNAMSIZ - 1);
   if (::ioctl(socket.get(), SIOCGIFFLAGS, &request) != 0)
-    refuse("cannot ask for the state of '" + interface + "': " + reason());
+    refuse_socketcan("cannot ask for the state of '" + interface + "': " + reason());
   if (!(request.ifr_flags & IFF_UP))
-    refuse("CAN interface '" + interface + "' is down; bring it up, e.g. `ip link set " + interface +
+    refuse_socketcan("CAN interface '" + interface + "' is down; bring it up, e.g. `ip link set " + interface +
            " up type can bitrate 1000000 restart-ms 100`");
   bool carrier = true;  // where nobody says so, as without /sys, it is
   std::ifstream("/sys/class/net/" + interface + "/carrier") >> carrier;
   if (!carrier)
-    refuse(
+    refuse_socketcan(
         "CAN interface '" + interface +
         "' is up, but its controller is bus-off; check cable, termination and bit rate, then `ip link set " +
         interface + " type can restart`");
@@ -231,7 +231,7 @@ void require_up(const Descriptor& socket, const std::string& interface) {
 std::unique_ptr<Bus> open_socketcan(const std::string& interface, std::span<const uint32_t> wanted) {
   const unsigned index = interface.size() < IFNAMSIZ ? ::if_nametoindex(interface.c_str()) : 0;
   if (index == 0)
-    refuse("there is no CAN interface '" + interface +
+    refuse_socketcan("there is no CAN interface '" + interface +
            "'; `ip link` lists them; use local:PATH where the kernel has no CAN");
   Descriptor socket = open_socket(interface);
   filter(socket, interface, wanted);
@@ -240,8 +240,8 @@ std::unique_ptr<Bus> open_socketcan(const std::string& interface, std::span<cons
   address.can_ifindex = static_cast<int>(index);
   if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     if (errno == ENODEV)
-      refuse("'" + interface + "' is not a CAN interface; `ip -details link` shows which are");
-    refuse("cannot bind to CAN interface '" + interface + "': " + reason());
+      refuse_socketcan("'" + interface + "' is not a CAN interface; `ip -details link` shows which are");
+    refuse_socketcan("cannot bind to CAN interface '" + interface + "': " + reason());
   }
   require_up(socket, interface);
   return std::make_unique<SocketCan>(std::move(socket), interface);

@@ -9,7 +9,7 @@ namespace {
 
 using Outcome = DualIteration::Outcome;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 constexpr double kSuspect = 0.5;   // relative change of the violations at which a conflict is looked into,
 constexpr double kSettled = 1e-6;  // at which they are least,
 constexpr double kLeft = 1e-2;     // and at which the rest that rounding leaves is conceded
@@ -18,8 +18,8 @@ constexpr double kGrain = 1e-12;  // of a row at the last command, relative to i
 
 double clip(double value, double lower, double upper) {
   if (!std::isfinite(value)) value = 0;
-  if (value < lower && lower < kInfinity) value = lower;
-  if (value > upper && upper > -kInfinity) value = upper;
+  if (value < lower && lower < kUnlimited) value = lower;
+  if (value > upper && upper > -kUnlimited) value = upper;
   return value;
 }
 
@@ -122,7 +122,7 @@ const Solution& Solver::finish(const Problem& problem, const Bounds& bounds, con
   const double* unit = problem.optimum().unit();
   Strip size{};
   for (int j = 0; j < n; j += kStrip) size += abs(load(&z[j]) * load(unit + j));
-  if (!(sum(size) < kInfinity)) return refuse(problem, bounds, hold);  // it overflowed
+  if (!(sum(size) < kUnlimited)) return refuse(problem, bounds, hold);  // it overflowed
   solution_.x.resize(n);  // not before: `hold` may be the x of the solution before
   for (int j = 0; j < n; j += kStrip) {
     const Strip lower = load_some(bounds.lower.data() + j, n - j),
@@ -201,7 +201,7 @@ const Solution& Solver::refuse(const Problem& problem, const Bounds& bounds, con
   Vector clipped(n);
   for (int j = 0; j < n; ++j)
     clipped[j] =
-        clip(entry(hold, j, 0), entry(bounds.lower, j, -kInfinity), entry(bounds.upper, j, kInfinity));
+        clip(entry(hold, j, 0), entry(bounds.lower, j, -kUnlimited), entry(bounds.upper, j, kUnlimited));
   solution_.x = clipped;
   solution_.row_violation = 0;
   solution_.status = Status::kIllPosed;

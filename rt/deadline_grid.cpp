@@ -10,7 +10,7 @@ namespace tendril::rt {
 namespace {
 // long double has 64 bits of mantissa on x86-64 and 113 on ARM, where double's 53 would put the deadlines of
 // a long run on a grid of several nanoseconds.
-constexpr long double kNsPerS = 1e9L;
+constexpr long double kNsPerSecond = 1e9L;
 }  // namespace
 
 DeadlineGrid::DeadlineGrid(double rate_hz, std::int64_t start_ns) : rate_hz_(rate_hz), start_ns_(start_ns) {
@@ -21,19 +21,19 @@ DeadlineGrid::DeadlineGrid(double rate_hz, std::int64_t start_ns) : rate_hz_(rat
 }
 
 std::int64_t DeadlineGrid::deadline_ns(std::int64_t k) const noexcept {
-  return start_ns_ + std::llround(static_cast<long double>(k) * kNsPerS / rate_hz_);
+  return start_ns_ + std::llround(static_cast<long double>(k) * kNsPerSecond / rate_hz_);
 }
 
 std::int64_t DeadlineGrid::first_at_or_after(std::int64_t time_ns) const noexcept {
   if (time_ns <= start_ns_) return 0;
   const auto since_start = static_cast<long double>(time_ns - start_ns_);
   // Deadline k lies at or before the time and k + 1 after it, up to the rounding to whole nanoseconds.
-  const auto k = static_cast<std::int64_t>(since_start * rate_hz_ / kNsPerS);
+  const auto k = static_cast<std::int64_t>(since_start * rate_hz_ / kNsPerSecond);
   return deadline_ns(k) >= time_ns ? k : k + 1;
 }
 
 std::int64_t DeadlineGrid::period_ns() const noexcept {
-  return std::llround(kNsPerS / static_cast<long double>(rate_hz_));
+  return std::llround(kNsPerSecond / static_cast<long double>(rate_hz_));
 }
 
 }  // namespace tendril::rt

@@ -10,11 +10,11 @@
 namespace tendril::tools {
 namespace {
 
-constexpr double kStartWithin = 2;   // s of virtual time
-constexpr double kPeriodsAfter = 5;  // of the model, in which it comes to rest
-constexpr double kRatesRaised = 10;  // times the drives' own
-constexpr double kBodyStep = 50e-3;  // s; nothing depends on it
-constexpr double kNs = 1e-9;
+constexpr double kSettledWithin = 2;  // s of virtual time
+constexpr double kPeriodsAfter = 5;   // of the model, in which it comes to rest
+constexpr double kRatesRaised = 10;   // times the drives' own
+constexpr double kBodyStep = 50e-3;   // s; nothing depends on it
+constexpr double kNsVariation = 1e-9;
 
 double infinity_norm(const rt::Snapshot& snapshot) {
   const Eigen::MatrixXd M = snapshot.W_ea.transpose() * snapshot.W_ea;
@@ -49,9 +49,9 @@ CouplingVariation variation_on_line(app::Config config, const Eigen::Vector3d& w
     if (rig.motion()) variation.changes.push_back(std::abs(norm - before) / before);
     before = norm;
   });
-  rig.run_until(rt::Phase::kRunning, kStartWithin);
+  rig.run_until(rt::Phase::kRunning, kSettledWithin);
   if (!rig.motion()) throw std::runtime_error("the drives did not come up in virtual time");
-  const double left = kNs * static_cast<double>(rig.motion()->path_start_ns() - rig.now_ns());
+  const double left = kNsVariation * static_cast<double>(rig.motion()->path_start_ns() - rig.now_ns());
   rig.run_for(left + kPeriodsAfter / loops.model_rate_hz);
   if (rig.phase() != rt::Phase::kRunning || variation.changes.empty())
     throw std::runtime_error("the run along the line ended before the line did");
