@@ -8,8 +8,7 @@
 
 // A robot with one actuator of each kind, from its file to its motion.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::actuator_kinds_test {
 
 constexpr double kMean_mm = 0.5, kMax_mm = 1.5;  // of the tip, on a body 10 % stiffer than the model
 
@@ -192,5 +191,4 @@ TEST_CASE("A robot with an actuator of each kind follows its path over the bus",
   }
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::actuator_kinds_test

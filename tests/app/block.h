@@ -3,7 +3,7 @@
 #include <string>
 
 #include "app/config.h"
-#include "tests/app/programs.h"
+#include "tests/app/robot_file.h"
 
 namespace tendril::app {
 

@@ -1,8 +1,10 @@
 #include "tests/app/bus_listener.h"
 
+#include <catch2/catch.hpp>
 #include <chrono>
+#include <sstream>
 
-#include "tests/app/process.h"
+#include "tests/patience.h"
 
 namespace tendril::app {
 namespace {
@@ -33,6 +35,7 @@ void BusListener::listen() {
 }
 
 void BusListener::take_in(const hal::Frame& frame) {
+  ++heard_.frames[frame.id];
   for (const int node : nodes_) {
     if (const auto feedback = hal::decode_drive_feedback(hal::kTpdo1Base + node, frame))
       heard_.feedback[node] = *feedback;
@@ -52,12 +55,37 @@ Heard BusListener::heard() const {
 }
 
 bool BusListener::until(const std::function<bool(const Heard&)>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(kPatience_s);
+  const auto deadline =
+      std::chrono::steady_clock::now() + std::chrono::duration<double>(tendril::testing::kPatience_s);
   while (!condition(heard())) {
-    if (std::chrono::steady_clock::now() >= deadline) return false;
+    if (std::chrono::steady_clock::now() >= deadline) {
+      tell_what_was_heard();
+      return false;
+    }
     std::this_thread::sleep_for(kPoll);
   }
   return true;
+}
+
+bool BusListener::until_more(std::uint32_t identifier, int count) {
+  const auto number = [identifier](const Heard& heard) {
+    const auto found = heard.frames.find(identifier);
+    return found == heard.frames.end() ? 0 : found->second;
+  };
+  const int wanted = number(heard()) + count;
+  return until([&](const Heard& heard) { return number(heard) >= wanted; });
+}
+
+void BusListener::tell_what_was_heard() const {
+  const Heard heard = this->heard();
+  std::ostringstream text;
+  text << std::hex << "what was waited for on the bus did not come; frames so far by identifier:";
+  for (const auto& [identifier, count] : heard.frames)
+    text << " 0x" << identifier << ": " << std::dec << count << std::hex << ",";
+  text << std::dec << " positions:";
+  for (const auto& [node, feedback] : heard.feedback)
+    text << " node " << node << " at " << feedback.position << " counts,";
+  UNSCOPED_INFO(text.str());
 }
 
 std::optional<std::uint32_t> BusListener::read(int node, hal::ObjectAddress object) {

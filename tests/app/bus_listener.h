@@ -21,6 +21,7 @@ struct Heard {
   std::map<int, hal::DriveCommand> command;               // the last to each node
   std::map<int, std::vector<std::uint16_t>> emergencies;  // error codes of each node in order
   std::map<int, std::uint32_t> answer;                    // the last value each node answered over SDO
+  std::map<std::uint32_t, int> frames;                    // how many there were of each identifier
 };
 
 /// A third node on a local bus, beside controller and drives: hears everything on a thread of its own, and
@@ -32,11 +33,15 @@ class BusListener {
   BusListener(const std::string& bus, std::vector<int> nodes);
   ~BusListener();
 
-  /// Waits until a condition on what was heard holds.
-  /// @return  false where patience ended before
+  /// Waits until a condition on what was heard holds. It is asked again and again, and may remember.
+  /// @return  false where patience ended before: the test's next assertion then tells what was heard
   bool until(const std::function<bool(const Heard&)>& condition);
 
   Heard heard() const;
+
+  /// Waits until so many more frames of an identifier have come: time, as its sender counts it.
+  /// @return  false where patience ended before
+  bool until_more(std::uint32_t identifier, int count);
 
   /// Reads an entry of a drive's object dictionary.
   /// @return  nothing where the drive does not answer
@@ -45,6 +50,7 @@ class BusListener {
  private:
   void listen();
   void take_in(const hal::Frame& frame);
+  void tell_what_was_heard() const;
 
   std::vector<int> nodes_;
   mutable std::mutex mutex_;  // of the bus and of what was heard

@@ -5,8 +5,7 @@
 
 // `tendrild --check`: what it finds, for people and for machines, without a bus.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::check_test {
 
 const std::string kConfig = std::string(TENDRIL_SOURCE_DIR) + "/config/";
 
@@ -159,5 +158,4 @@ TEST_CASE("The check tells what a cavity holds at rest, and what keeps its effec
   CHECK_THAT(ended.out, Catch::Contains("; other effectors may outweigh this one as well"));
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::check_test

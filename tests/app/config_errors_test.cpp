@@ -5,7 +5,7 @@
 #include "mistake.h"
 #include "robot_file.h"
 
-using namespace tendril::app;
+namespace tendril::app::config_errors_test {
 
 TEST_CASE("An actuator, an effector and a region are of one kind each", "[unit]") {
   check_mistakes({
@@ -338,3 +338,5 @@ TEST_CASE("A file without the right to read it is refused", "[unit]") {
   std::filesystem::permissions(file.path(), std::filesystem::perms::none);
   CHECK_THAT(error_of(file.path()), Catch::Contains(": cannot be read: Permission denied"));
 }
+
+}  // namespace tendril::app::config_errors_test

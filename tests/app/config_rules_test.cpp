@@ -9,7 +9,7 @@
 #include "robot_file.h"
 #include "tests/replace_each.h"
 
-using namespace tendril::app;
+namespace tendril::app::config_rules_test {
 
 TEST_CASE("What one key demands of another is checked", "[unit]") {
   check_mistakes({
@@ -326,3 +326,5 @@ TEST_CASE("A robot has at most 32 actuators and 24 controlled coordinates", "[un
       Catch::Contains(
           ":6: effectors: found a list of 9, expected at most 24 controlled coordinates, these are 27"));
 }
+
+}  // namespace tendril::app::config_rules_test

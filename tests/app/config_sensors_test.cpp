@@ -7,10 +7,8 @@
 #include "mistake.h"
 #include "robot_file.h"
 
-using namespace tendril::app;
+namespace tendril::app::config_sensors_test {
 using Catch::Contains;
-
-namespace {
 
 /// kGood with a camera, and load cells on both cables.
 std::string sensing() {
@@ -39,8 +37,6 @@ std::string error_with(const std::string& from, const std::string& to) {
   yaml.replace(yaml.find(from), from.size(), to);
   return error_of(RobotFile(yaml).path());
 }
-
-}  // namespace
 
 TEST_CASE("The bus is told of the sensors as the file describes them, in SI", "[unit]") {
   const Config config = load_config(RobotFile(sensing()).path());
@@ -210,3 +206,5 @@ TEST_CASE("A robot has at most 32 sensors, and 64 signals", "[unit]") {
       "{tension: south, start: 8, length: 8, scale: 1 N}]}\n";
   CHECK_THAT(error_of(RobotFile(yaml).path()), Contains("expected at most 64 signals in all, these are 65"));
 }
+
+}  // namespace tendril::app::config_sensors_test

@@ -6,10 +6,8 @@
 
 #include "robot_file.h"
 
-using namespace tendril::app;
+namespace tendril::app::config_test {
 using Eigen::Vector3d;
-
-namespace {
 
 const std::filesystem::path kSourceDir = TENDRIL_SOURCE_DIR;
 
@@ -41,8 +39,6 @@ ConfigKeys manual_keys() {
   }
   return keys;
 }
-
-}  // namespace
 
 TEST_CASE("The shipped diamond loads with its exact values in SI", "[unit]") {
   const RobotFile file(read_text_file(kSourceDir / "config/diamond.yaml"), "diamond.msh");
@@ -357,3 +353,5 @@ bus: {name: can0, master_node: 1}
   CHECK(c.fixed.line == 5);
   CHECK(c.bus.line == 14);
 }
+
+}  // namespace tendril::app::config_test

@@ -6,8 +6,7 @@
 
 // What a control cycle costs, and whether there is time for it.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::cycle_budget_test {
 
 constexpr CycleCost kCost{.read_s = 100e-6, .solve_s = 20e-6, .write_s = 80e-6};
 
@@ -63,5 +62,4 @@ TEST_CASE("A rate at which the drives cannot be brought to follow is refused wit
   CHECK_THROWS_WITH(time_cycle(*robot, block.config), Catch::Contains("control.rate 2 Hz: axis 0"));
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::cycle_budget_test

@@ -7,8 +7,7 @@
 
 // Where the model's effectors come to rest when the QP and the model take turns.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::inverse_statics_test {
 
 constexpr double kReached_m = 1e-6, kBeside_m = 3e-5;
 
@@ -32,5 +31,4 @@ TEST_CASE("The diamond's tip comes to a waypoint within a micrometre, and stays 
   }
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::inverse_statics_test

@@ -6,8 +6,7 @@
 
 // One axis moved by hand: where it ends, how fast it goes, and what makes it let go.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::jog_test {
 
 constexpr double kPeriod = 0.002;
 
@@ -142,5 +141,4 @@ TEST_CASE("A drive's fault ends a jog, and is kept, with the cause that is told 
   CHECK(jog.drive_fault().code == 0x2320);
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::jog_test

@@ -10,8 +10,7 @@
 
 // The model thread's work on the finger: what a snapshot says is what the body does.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::model_refresher_test {
 
 constexpr double kClose_m = 1e-8;
 
@@ -178,5 +177,4 @@ TEST_CASE("Efforts beyond all reason do not turn the body inside out for good", 
   CHECK((f.lengths(good_lambda) - Eigen::Vector2d(1e-3, 0.5e-3)).lpNorm<Eigen::Infinity>() < kClose_m);
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::model_refresher_test

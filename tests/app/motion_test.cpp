@@ -3,8 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::motion_test {
 
 using rt::EffectorVector;
 
@@ -168,5 +167,4 @@ TEST_CASE("Only the controlled coordinates of a waypoint count", "[unit]") {
   CHECK(distance(motion.at(kStart_ns + kSecond_ns).position, vector({0.02, 0.1})) < kRounding);
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::motion_test

@@ -8,11 +8,9 @@
 #include "hal/virtual_bus.h"
 
 using namespace tendril;
-using namespace tendril::app;
+namespace tendril::app::plant_fault_test {
 using Catch::Matchers::Contains;
 using Kind = PlantFaultKind;
-
-namespace {
 
 Config robot(hal::Protocol protocol) {
   Config config;
@@ -39,8 +37,6 @@ std::string mistake(const std::string& line, hal::Protocol protocol = hal::Proto
   }
   return "none";
 }
-
-}  // namespace
 
 TEST_CASE("Each line of the help is read as the fault that it names", "[unit]") {
   struct Row {
@@ -130,3 +126,5 @@ TEST_CASE("As many frames are lost as were asked for, both ways, and the same on
   CHECK(static_cast<double>(heard(0.1).size()) == Approx(810).margin(40));
   CHECK(heard(0.1) == heard(0.1));
 }
+
+}  // namespace tendril::app::plant_fault_test

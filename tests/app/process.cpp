@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <catch2/catch.hpp>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -21,7 +22,7 @@ namespace tendril::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kPoll = std::chrono::milliseconds(2);
+constexpr auto kProcessPoll = std::chrono::milliseconds(2);
 
 Clock::time_point after(double seconds) {
   return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
@@ -44,7 +45,8 @@ std::string content(int fd) {
 
 }  // namespace
 
-Process::Process(std::vector<std::string> arguments) : out_(open_memory("out")), err_(open_memory("err")) {
+Process::Process(std::vector<std::string> arguments)
+    : name_(arguments[0]), out_(open_memory("out")), err_(open_memory("err")) {
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
@@ -97,10 +99,14 @@ std::optional<int> Process::wait(double seconds) {
   while (!status_) {
     int status = 0;
     const bool ended = waitpid(pid_, &status, WNOHANG) == pid_;
-    if (ended) status_ = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+    if (ended) {
+      status_ = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+      note("ended with " + std::to_string(*status_));
+    }
     if (ended || Clock::now() >= deadline) break;
-    std::this_thread::sleep_for(kPoll);
+    std::this_thread::sleep_for(kProcessPoll);
   }
+  if (!status_ && seconds > 0) note("was waited for in vain: it has not ended");
   return status_;
 }
 
@@ -109,9 +115,16 @@ bool Process::says(const std::string& text, double seconds) {
   while (true) {
     const bool ended = wait(0).has_value();  // before the look, so that its last words are read
     if (out().find(text) != std::string::npos || err().find(text) != std::string::npos) return true;
-    if (ended || Clock::now() >= deadline) return false;
-    std::this_thread::sleep_for(kPoll);
+    if (ended || Clock::now() >= deadline) {
+      note("did not say '" + text + (ended ? "' before it ended" : "' in time"));
+      return false;
+    }
+    std::this_thread::sleep_for(kProcessPoll);
   }
+}
+
+void Process::note(const std::string& what) const {
+  UNSCOPED_INFO(name_ << " " << what << "; it said:\n" << out() << err());
 }
 
 std::string Process::out() const { return content(out_); }

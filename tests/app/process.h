@@ -6,14 +6,15 @@
 #include <string>
 #include <vector>
 
+#include "tests/patience.h"
+
 namespace tendril::app {
 
-/// How long a test waits for what must come, s. So long that only a program that hangs misses it, sanitized
-/// or in an emulator, where a step of the simulated body takes more than a minute.
-inline constexpr double kPatience_s = 240;
+using tendril::testing::kPatience_s;
 
 /// A program under test: started without a shell, in a process group of its own, and all that it writes kept.
-/// None outlives its object: the destructor kills the group and reaps the program.
+/// None outlives its object: the destructor kills the group and reaps the program. Where it ends, or what it
+/// is waited for does not come, the test's next assertion tells so if it fails, with all that it has said.
 class Process {
  public:
   /// @param arguments  the program first: a path, or a name that is looked up in PATH
@@ -42,6 +43,10 @@ class Process {
   std::string err() const;  ///< and to stderr
 
  private:
+  /// Has the next assertion tell this, and what the program has said, if it fails.
+  void note(const std::string& what) const;
+
+  std::string name_;
   pid_t pid_ = -1;
   int in_ = -1;              // a socket, as writing to one raises no SIGPIPE
   int out_ = -1, err_ = -1;  // files in memory: a program is never held up by a reader

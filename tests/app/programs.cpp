@@ -8,15 +8,21 @@ namespace {
 
 const std::filesystem::path kConfig = std::filesystem::path(TENDRIL_SOURCE_DIR) / "config";
 
-std::string patient_finger(Changes changes) {
-  changes.insert(
-      changes.end(),
-      {{"rate: 600 Hz", "rate: 200 Hz\n  iteration_cap: 32"},  // else too low a one on a slow machine
-       {"late_cycles_limit: 20", "late_cycles_limit: 100000"},
-       {"snapshot_age_limit: 500 ms", "snapshot_age_limit: 30 s"},
-       {"target_age_limit: 500 ms", "target_age_limit: 30 s"},
-       {"heartbeat_timeout: 150 ms", "heartbeat_timeout: 5 s\n  feedback_timeout: 5 s"}});
-  return finger(changes);
+const Changes kPatience{
+    {"rate: 600 Hz", "rate: 200 Hz\n  iteration_cap: 32"},  // else too low a one on a slow machine
+    {"late_cycles_limit: 20", "late_cycles_limit: 100000"},
+    {"snapshot_age_limit: 500 ms", "snapshot_age_limit: 300 s"},
+    {"target_age_limit: 500 ms", "target_age_limit: 300 s"},
+    {"heartbeat_timeout: 150 ms", "heartbeat_timeout: 30 s\n  feedback_timeout: 30 s"},
+    {"  master_node: 127\n", "  master_node: 127\n  sdo_timeout: 3 s\n"}};
+
+/// What a test has changed itself stays as it is.
+std::string patient_finger(const Changes& changes) {
+  finger(kPatience);  // throws where the shipped file no longer has one of these
+  std::string text = finger(changes);
+  for (const auto& [from, to] : kPatience)
+    if (const std::size_t at = text.find(from); at != std::string::npos) text.replace(at, from.size(), to);
+  return text;
 }
 
 std::vector<std::string> cells_of(const std::string& line) {
@@ -54,6 +60,14 @@ Changes odrive(const std::string& firmware, const std::string& reference) {
           {"id: 0x1F1", "id: 0x7F1"}};
 }
 
+std::vector<std::string> without_pictures(std::vector<std::string> command) {
+  // Below a device there is no folder on any machine.
+  command.insert(command.begin(), {"env", "PYTHONHOME=/dev/null/none"});
+  return command;
+}
+
+const Changes kSoonMissed{{"heartbeat_timeout: 150 ms", "heartbeat_timeout: 5 s\n  feedback_timeout: 30 s"}};
+
 int line_of(const std::string& piece) {
   const std::string text = finger();
   const auto at = static_cast<std::ptrdiff_t>(text.find(piece));
@@ -89,6 +103,13 @@ const std::string& Trace::cell(std::size_t row, const std::string& column) const
   const auto found = std::ranges::find(columns, column);
   if (found == columns.end()) throw std::out_of_range("the trace has no column " + column);
   return rows.at(row)[static_cast<std::size_t>(found - columns.begin())];
+}
+
+std::vector<std::size_t> Trace::of(const std::vector<std::string>& phases) const {
+  std::vector<std::size_t> found;
+  for (std::size_t row = 0; row < rows.size(); ++row)
+    if (std::ranges::find(phases, cell(row, "phase")) != phases.end()) found.push_back(row);
+  return found;
 }
 
 Trace read_trace(const std::filesystem::path& report) {

@@ -15,9 +15,6 @@ inline const std::string kDaemon = TENDRIL_DAEMON;
 inline const std::string kPlant = TENDRIL_PLANT;
 inline const std::string kCtl = TENDRIL_CTL;
 
-/// Pieces of a robot file, and what stands there instead.
-using Changes = std::vector<std::pair<std::string, std::string>>;
-
 /// The text of config/finger.yaml, whose mesh is found from any folder, with pieces of it replaced.
 /// @param changes  each replaces the first such piece
 /// @throws std::runtime_error where a piece is not there
@@ -30,11 +27,20 @@ Changes odrive(const std::string& firmware, const std::string& reference = "abso
 /// The number of the line of finger() on which a piece first stands.
 int line_of(const std::string& piece);
 
+/// A command whose Python does not start: it draws no pictures of the run, which would take longer than it.
+std::vector<std::string> without_pictures(std::vector<std::string> command);
+
+/// For tests in which a node falls silent: it is missed after 5 s instead of 30. Whoever stalls for as long
+/// is missed, too.
+extern const Changes kSoonMissed;
+
 /// Both programs on a bus, on a finger that is patient with a busy machine: it runs at a third of its
-/// rate and waits longer before it calls something late. Folder, bus and plant go with the object.
+/// rate and waits half a minute and more before it calls something late. Folder, bus and plant go with the
+/// object.
 class Workbench {
  public:
   /// Starts the plant and waits for its bus.
+  /// @param changes  of the finger's file; they go before the patience
   /// @param bus  a CAN interface; empty: a local bus of the bench's own
   /// @throws std::runtime_error with what the plant says where it does not come up
   explicit Workbench(const Changes& changes = {}, const std::string& bus = {});
@@ -47,7 +53,8 @@ class Workbench {
 
   Process& plant() { return plant_; }
   std::string bus() const { return bus_; }
-  std::filesystem::path report() const { return file_.folder() / "report"; }
+  std::filesystem::path folder() const { return file_.folder(); }
+  std::filesystem::path report() const { return folder() / "report"; }
 
  private:
   RobotFile file_;
@@ -67,6 +74,8 @@ struct Trace {
   const std::string& cell(std::size_t row, const std::string& column) const;
   /// A cell as a number. @throws std::invalid_argument where it is none
   double number(std::size_t row, const std::string& column) const { return std::stod(cell(row, column)); }
+  /// The rows of some phases.
+  std::vector<std::size_t> of(const std::vector<std::string>& phases) const;
 };
 
 /// @throws std::runtime_error where a row has another number of cells than the header

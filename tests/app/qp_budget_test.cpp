@@ -8,8 +8,7 @@
 
 // The iteration cap of the QP: what a quarter of the cycle has time for.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::qp_budget_test {
 
 TEST_CASE("The cap is what fits into a quarter of the cycle, and 16 an actuator where more would", "[unit]") {
   const Config config = block_at(500);
@@ -59,5 +58,4 @@ TEST_CASE("The time of an iteration is found at rest, and where the body finds n
   CHECK(time_iteration(*heavy, block.config) > 0);
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::qp_budget_test

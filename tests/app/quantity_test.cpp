@@ -8,9 +8,7 @@
 #include <numbers>
 #include <random>
 
-using namespace tendril::app;
-
-namespace {
+namespace tendril::app::quantity_test {
 
 /// One quantity in SI; fails the test where it is refused.
 double si(const std::string& text, Dimension dimension) {
@@ -72,8 +70,6 @@ class GlobalLocale {
  private:
   std::locale before_;
 };
-
-}  // namespace
 
 TEST_CASE("Every unit has its value in SI and belongs to one dimension alone", "[law]") {
   std::array<std::string, 17> listed;
@@ -157,3 +153,5 @@ TEST_CASE("A description of a quantity says how many, of what, in which units, a
     CHECK_FALSE(refused(text.substr(example, text.size() - example - 1), unit.dimension, 3));
   }
 }
+
+}  // namespace tendril::app::quantity_test

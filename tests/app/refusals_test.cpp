@@ -8,8 +8,7 @@
 // What the programs refuse: each with its exit code and one line on stderr that says what, where and what to
 // do. None of these runs reaches a bus.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::refusals_test {
 
 constexpr int kUsage = 2, kEnvironment = 3;
 
@@ -63,9 +62,10 @@ void check_mesh_refused(const std::string& tetrahedra, int count, const Fragment
 }
 
 TEST_CASE("A robot file that is not there is refused", "[scenario]") {
+  const RobotFile other("");
+  const std::string absent = (other.folder() / "absent/robot.yaml").string();
   for (const std::string& program : {kDaemon, kPlant})
-    check_refused({program, "/nonexistent/robot.yaml"}, kUsage,
-                  {"/nonexistent/robot.yaml: cannot be read: No such file"});
+    check_refused({program, absent}, kUsage, {absent + ": cannot be read: No such file"});
 }
 
 TEST_CASE("A mistake in the robot file is refused with its line and what is expected", "[scenario]") {
@@ -111,8 +111,9 @@ TEST_CASE("A bus that does not exist is refused with its name and what to do", "
   const std::string path = (file.folder() / "bus").string();
   check_refused({kDaemon, file.path().string(), "--allow-non-rt", "--bus", "local:" + path}, kEnvironment,
                 {"'" + path + "'", "start the plant first (tendril-plant)"});
-  check_refused({kPlant, file.path().string(), "--bus", "local:/nonexistent/bus"}, kEnvironment,
-                {"'/nonexistent/bus'", "the folder must exist and be writable"});
+  const std::string homeless = (file.folder() / "absent/bus").string();
+  check_refused({kPlant, file.path().string(), "--bus", "local:" + homeless}, kEnvironment,
+                {"'" + homeless + "'", "the folder must exist and be writable"});
 }
 
 TEST_CASE("A bus that has a host already is refused to a second plant", "[scenario]") {
@@ -179,5 +180,4 @@ TEST_CASE("Wrong usage ends with exit code 2, and what was asked for with 0", "[
   CHECK(run({kDaemon, "robot.yaml", "--duration", "-1"}).code == kUsage);
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::refusals_test

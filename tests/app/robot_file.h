@@ -2,8 +2,13 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace tendril::app {
+
+/// Pieces of a robot file, and what stands there instead.
+using Changes = std::vector<std::pair<std::string, std::string>>;
 
 /// A robot file in a folder of its own, beside a file that may pass for its mesh; gone with the object.
 class RobotFile {

@@ -9,8 +9,7 @@
 
 // From a configuration to the objects that run: limits and rates in SI, mistakes with file and line.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::robot_test {
 
 Config finger_config(const Changes& changes = {}) {
   const RobotFile file(finger(changes));
@@ -167,5 +166,4 @@ TEST_CASE("Effector rows are the controlled coordinates in the order of the effe
   }
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::robot_test

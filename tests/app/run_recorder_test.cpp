@@ -5,8 +5,7 @@
 
 #include "tests/app/programs.h"
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::run_recorder_test {
 
 constexpr std::int64_t kStart_ns = 5'000'000'000;
 constexpr std::int64_t kMillisecond_ns = 1'000'000;
@@ -330,5 +329,4 @@ TEST_CASE("A report folder that cannot be made is refused with its name", "[unit
                     Catch::Contains((below_a_file / "trace.csv").string()) && Catch::Contains("--report"));
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::run_recorder_test

@@ -3,9 +3,7 @@
 #include <catch2/catch.hpp>
 
 using namespace tendril;
-using namespace tendril::app;
-
-namespace {
+namespace tendril::app::sensor_watch_test {
 
 /// A robot with a camera and a gauge, and the cycles of a run at 100 Hz.
 struct Run {
@@ -36,8 +34,6 @@ struct Run {
   std::int64_t at_ns = 5'000'000'000;
   double stale_s = 0;  // as told last
 };
-
-}  // namespace
 
 TEST_CASE("A sensor's loss is told once, and so is its return with how long it was away", "[unit]") {
   Run run;
@@ -76,3 +72,5 @@ TEST_CASE("A loss is told with the sensor's name and limit", "[unit]") {
   CHECK(loss({.name = "camera", .timeout_ns = 2'500'000}) ==
         "sensor 'camera': no sample younger than 2.5 ms");
 }
+
+}  // namespace tendril::app::sensor_watch_test

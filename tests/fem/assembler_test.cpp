@@ -7,8 +7,7 @@
 #include "rt/heap_guard.h"
 #include "tests/fem/bodies.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::assembler_test {
 
 using testing::beam;
 using testing::random_vector;
@@ -136,5 +135,4 @@ TEST_CASE("Assembling allocates nothing once it has begun", "[law]") {
   }
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::assembler_test

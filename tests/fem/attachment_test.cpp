@@ -4,8 +4,7 @@
 
 #include "tests/fem/bodies.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::attachment_test {
 
 using Catch::Matchers::Contains;
 
@@ -54,5 +53,4 @@ TEST_CASE("A point farther outside than elements are high moves to the nearest p
   for (double weight : at.weights) CHECK((weight > -1e-9 && weight < 1 + 1e-9));
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::attachment_test

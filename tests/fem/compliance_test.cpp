@@ -7,8 +7,7 @@
 #include "fem/equilibrium.h"
 #include "tests/fem/chamber.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::compliance_test {
 
 using testing::Beam;
 
@@ -80,5 +79,4 @@ TEST_CASE("A cavity has one compliance, seen as actuator and as effector", "[law
   CHECK(c.p_e_free[2] - testing::Chamber::kVolume == Approx(c.delta_a_free[testing::Chamber::kPressure]));
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::compliance_test

@@ -8,8 +8,7 @@
 #include "fem/equilibrium.h"
 #include "tests/fem/chamber.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::constraints_test {
 
 using Catch::Matchers::Contains;
 using testing::Chamber;
@@ -243,5 +242,4 @@ TEST_CASE("A stiffness matrix of another pattern is refused", "[unit]") {
                     Contains("was not made with the cliques"));
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::constraints_test

@@ -5,8 +5,7 @@
 
 #include "tests/fem/elements.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::corotational_test {
 
 using testing::dense;
 using testing::kModuli;
@@ -55,5 +54,4 @@ TEST_CASE("An element turned inside out says so and its rotation stays proper", 
   CHECK(element.forces().allFinite());
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::corotational_test

@@ -6,8 +6,7 @@
 #include "fem/equilibrium.h"
 #include "tests/fem/chamber.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::dynamics_test {
 
 using testing::Beam;
 
@@ -141,5 +140,4 @@ TEST_CASE("A state that cannot be advanced is refused and left as it was", "[law
   CHECK(moving.v() == v);
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::dynamics_test

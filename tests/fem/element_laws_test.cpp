@@ -7,8 +7,7 @@
 #include "fem/neo_hookean.h"
 #include "tests/fem/elements.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::element_laws_test {
 
 using testing::dense;
 using testing::kModuli;
@@ -136,5 +135,4 @@ TEMPLATE_TEST_CASE("Shapes at rest do not depend on the order of the corners", "
   }
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::element_laws_test

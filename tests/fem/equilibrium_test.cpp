@@ -6,8 +6,7 @@
 
 #include "tests/fem/bodies.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::equilibrium_test {
 
 /// The beam and its pose.
 struct Beam : testing::Beam {
@@ -176,5 +175,4 @@ TEST_CASE("A step that turned elements inside out is halved until it did not", "
   CHECK(share < 0.5 + 1e-9);
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::equilibrium_test

@@ -10,8 +10,7 @@
 #include "rt/heap_guard.h"
 #include "tests/fem/bodies.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::factor_test {
 
 using testing::random_vector;
 
@@ -290,5 +289,4 @@ TEST_CASE("Kernels of every instruction set substitute eight right sides as a de
     }
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::factor_test

@@ -4,8 +4,7 @@
 #include "rt/heap_guard.h"
 #include "tests/fem/chamber.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::heap_test {
 
 using testing::Chamber;
 
@@ -42,5 +41,4 @@ TEST_CASE("Constraints and the efforts that impose displacements allocate nothin
   CHECK(calls == 0);
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::heap_test

@@ -6,8 +6,7 @@
 
 #include "tests/fem/bodies.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::imposed_displacement_test {
 
 using testing::random_vector;
 using Flags = Eigen::ArrayX<bool>;
@@ -152,5 +151,4 @@ TEST_CASE("What no efforts can impose is refused", "[unit]") {
                     Catch::Contains("33 actuators, expected at most 32"));
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::imposed_displacement_test

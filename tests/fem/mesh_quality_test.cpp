@@ -6,8 +6,7 @@
 
 #include "tests/fem/bodies.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::mesh_quality_test {
 
 using Catch::Matchers::Contains;
 
@@ -74,5 +73,4 @@ TEST_CASE("A sliver is named with its number and place", "[unit]") {
   CHECK_THAT(summary(quality), Contains("1 slivers") && Contains("tetrahedron 18 at (105, 5, "));
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::mesh_quality_test

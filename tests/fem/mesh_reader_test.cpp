@@ -1,28 +1,33 @@
 #include "fem/mesh_reader.h"
 
-#include <fmt/format.h>
-
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 
 #include "tests/fem/mesh_files.h"
+#include "tests/own_folder.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::mesh_reader_test {
 
 using Catch::Matchers::Contains;
 using testing::kMsh;
 using testing::refusal;
 
-std::filesystem::path write_file(const std::string& name, const std::string& text) {
-  const auto file = std::filesystem::temp_directory_path() / fmt::format("tendril-{}-{}", getpid(), name);
-  std::ofstream(file, std::ios::binary) << text;
-  return file;
-}
+/// A mesh file in a folder of its own, gone with the object.
+class MeshFile {
+ public:
+  MeshFile(const std::string& name, const std::string& text) : path_(folder_ / name) {
+    std::ofstream(path_, std::ios::binary) << text;
+  }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  tendril::testing::OwnFolder folder_;
+  std::filesystem::path path_;
+};
 
 TEST_CASE("A Gmsh 4.1 file gives nodes in metres, tetrahedra, named regions and volumes", "[unit]") {
-  const Mesh mesh = read_mesh(write_file("two.msh", kMsh), 1e-3);
+  const Mesh mesh = read_mesh(MeshFile("two.msh", kMsh).path(), 1e-3);
   CHECK_NOTHROW(check(mesh));
   CHECK(mesh.node_count() == 5);
   CHECK(mesh.nodes.col(1) == Eigen::Vector3d(1, 0, 0));
@@ -35,7 +40,7 @@ TEST_CASE("A Gmsh 4.1 file gives nodes in metres, tetrahedra, named regions and 
 TEST_CASE("Line ends of Windows make no difference", "[unit]") {
   std::string text;
   for (const char c : std::string(kMsh)) text += c == '\n' ? "\r\n" : std::string(1, c);
-  const Mesh mesh = read_mesh(write_file("windows.msh", text), 1);
+  const Mesh mesh = read_mesh(MeshFile("windows.msh", text).path(), 1);
   CHECK(mesh.tet_count() == 2);
   CHECK(mesh.regions.contains("soft body"));
 }
@@ -47,7 +52,7 @@ TEST_CASE("Nodes that nothing uses are left out and the others keep their order"
   const std::string counted = testing::edited(testing::edited(text, "2 5 10 14", "2 6 10 15"),
                                               "1 10 11 12\n3 9 4 2\n2 10 11 12 13\n3 10 12 11 14",
                                               "1 15 11 12\n3 9 4 2\n2 15 11 12 13\n3 15 12 11 14");
-  const Mesh mesh = read_mesh(write_file("centre.msh", counted), 1);
+  const Mesh mesh = read_mesh(MeshFile("centre.msh", counted).path(), 1);
   CHECK(mesh.node_count() == 5);
   CHECK(mesh.nodes.col(0) == Eigen::Vector3d(1000, 0, 0));
   CHECK(mesh.tets[0] == std::array<int, 4>{4, 0, 1, 2});
@@ -56,13 +61,14 @@ TEST_CASE("Nodes that nothing uses are left out and the others keep their order"
 
 TEST_CASE("A mesh file that cannot be used says what is wrong and on which line", "[unit]") {
   const auto reading = [](const std::string& name, const std::string& text) {
-    return refusal([&] { read_mesh(write_file(name, text), 1.0); });
+    return refusal([&] { read_mesh(MeshFile(name, text).path(), 1.0); });
   };
   const auto edited = [&](const std::string& from, const std::string& to) {
     return reading("a.msh", testing::edited(kMsh, from, to));
   };
-  CHECK_THAT(refusal([] { read_mesh("/nowhere/robot.msh", 1.0); }),
-             Contains("/nowhere/robot.msh: cannot be"));
+  const tendril::testing::OwnFolder folder;
+  const std::string absent = folder / "absent.msh";
+  CHECK_THAT(refusal([&] { read_mesh(absent, 1.0); }), Contains(absent + ": cannot be"));
   CHECK_THAT(reading("a.stl", "solid"), Contains("'.stl' is not known; expected .msh"));
   CHECK_THAT(edited("4.1 0 8", "2.2 0 8"), Contains("a.msh:2: found MSH 2.2 ASCII, expected MSH 4.1"));
   CHECK_THAT(edited("1000 0 0", "1000 zero 0"), Contains("a.msh:21: found 'zero', expected a coordinate"));
@@ -83,5 +89,4 @@ TEST_CASE("A mesh file that cannot be used says what is wrong and on which line"
                       "export with element order 1"));
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::mesh_reader_test

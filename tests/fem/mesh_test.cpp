@@ -8,8 +8,7 @@
 #include "tests/fem/bodies.h"
 #include "tests/fem/mesh_files.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::mesh_test {
 
 using Catch::Matchers::Contains;
 
@@ -117,5 +116,4 @@ TEST_CASE("A space picks the tetrahedra whose centroids are inside it", "[unit]"
   CHECK(tets_in(mesh, Box{{0, 0, 0}, {0, 1, 1}}).empty());  // corners alone do not count
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::mesh_test

@@ -9,8 +9,7 @@
 #include "fem/cholmod_factor.h"
 #include "tests/fem/bodies.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::model_test {
 
 using Catch::Matchers::Contains;
 using testing::beam;
@@ -284,5 +283,4 @@ TEST_CASE("Of several materials the one that is wrong is named", "[unit]") {
                     Contains("material 2: it has a mass but no tetrahedron"));
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::model_test

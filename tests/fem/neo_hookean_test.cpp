@@ -5,8 +5,7 @@
 
 #include "tests/fem/elements.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::neo_hookean_test {
 
 using testing::dense;
 using testing::kModuli;
@@ -71,5 +70,4 @@ TEST_CASE("An element turned inside out says so", "[law]") {
   CHECK(element.dilatation() == Approx(-2));
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::neo_hookean_test

@@ -5,8 +5,7 @@
 
 #include "tests/fem/bodies.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::node_rotations_test {
 
 TEST_CASE("A body that turns as a whole turns around each node, however little else is near it", "[law]") {
   const unsigned seed = 1;
@@ -38,5 +37,4 @@ TEST_CASE("A body that turns as a whole turns around each node, however little e
   }
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::node_rotations_test

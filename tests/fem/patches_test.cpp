@@ -11,8 +11,7 @@
 #include "tests/fem/bodies.h"
 #include "tests/fem/elements.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::patches_test {
 
 using testing::beam;
 using testing::beam_model;
@@ -123,5 +122,4 @@ TEST_CASE("Nearly incompressible elements lock; in patches they bend as a compre
   CHECK(deflection(6, {150e3, 0.49, law, Dilatation::kPatch}) == Approx(0.87).margin(0.03));
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::patches_test

@@ -7,8 +7,7 @@
 #include "rt/heap_guard.h"
 #include "tests/fem/chamber.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::reused_response_test {
 
 using testing::random_vector;
 
@@ -188,5 +187,4 @@ TEST_CASE("After the first pose no response allocates, factored or not", "[rt]")
   CHECK(factored < 5);
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::reused_response_test

@@ -6,8 +6,7 @@
 
 #include "tests/fem/chamber.h"
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::surface_test {
 
 using Catch::Matchers::Contains;
 using testing::Chamber;
@@ -96,5 +95,4 @@ TEST_CASE("A region may name two cavities, which then are one", "[law]") {
   CHECK(measures(mesh, closed_surface(mesh, both)).volume == Approx(-2 * size * size * size));
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::surface_test

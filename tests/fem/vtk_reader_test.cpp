@@ -11,8 +11,7 @@
 
 // The VTU files are what VTK 9.1 wrote for two tetrahedra on either side of a triangle.
 
-namespace tendril::fem {
-namespace {
+namespace tendril::fem::vtk_reader_test {
 
 using Catch::Matchers::Contains;
 using testing::edited;
@@ -335,5 +334,4 @@ TEST_CASE("Whatever happens to a mesh file, it is read or refused", "[law]") {
   CHECK(refused > 1000);
 }
 
-}  // namespace
-}  // namespace tendril::fem
+}  // namespace tendril::fem::vtk_reader_test

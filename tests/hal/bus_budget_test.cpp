@@ -5,7 +5,7 @@
 #include "hal/drive_protocol.h"
 #include "rig.h"
 
-using namespace tendril::hal;
+namespace tendril::hal::bus_budget_test {
 using tendril::hal::test::camera;
 
 TEST_CASE("Frames have their worst-case length with stuffing", "[unit]") {
@@ -71,3 +71,5 @@ TEST_CASE("The budget of ODrive axes counts inputs, estimates, heartbeats and se
   config.sensors = {camera(0x7F0)};
   CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.27 + 0.054 + 0.0054 + 0.0135).epsilon(1e-6));
 }
+
+}  // namespace tendril::hal::bus_budget_test

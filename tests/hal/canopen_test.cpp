@@ -2,15 +2,11 @@
 
 #include <catch2/catch.hpp>
 
-using namespace tendril::hal;
-
-namespace {
+namespace tendril::hal::canopen_test {
 
 SdoRequest write(int index, int sub, int size, uint32_t value) {
   return {SdoRequest::Kind::kWrite, {static_cast<uint16_t>(index), static_cast<uint8_t>(sub)}, size, value};
 }
-
-}  // namespace
 
 TEST_CASE("NMT, SYNC, heartbeat and EMCY have the bytes of CiA 301", "[unit]") {
   CHECK(to_text(encode_nmt({NmtCommand::kStart, 2})) == "000#0102");
@@ -132,3 +128,5 @@ TEST_CASE("Codes are told in words", "[unit]") {
   CHECK(std::string(describe_emergency(0x3220)) == "undervoltage of the DC link");
   CHECK(std::string(describe_emergency(0x8250)) == "time-out of an RPDO");
 }
+
+}  // namespace tendril::hal::canopen_test

@@ -5,17 +5,13 @@
 
 #include "drive_bench.h"
 
-using namespace tendril::hal;
+namespace tendril::hal::cia402_drive_test {
 using namespace tendril::hal::test;
-
-namespace {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 // Counts from the switch at which the drive stops: 2000 counts/s, looked at once a millisecond.
 constexpr double kEdge = 4;
 constexpr double kOvershoot = 1.2;  // of a servo's acceleration, where that of its set-point jumps
-
-}  // namespace
 
 TEST_CASE("A drive announces itself and then waits in pre-operational", "[unit]") {
   Bench bench;
@@ -453,7 +449,7 @@ TEST_CASE("In torque mode a drive turns until its load equals the target torque,
   CHECK(bench.sdo("2F6060000A000000") == "6060600000000000");
   CHECK(bench.sdo("4061600000000000") == "4F6160000A000000");
   bench.say("000#0102");
-  const auto push = [&](uint16_t word) {
+  const auto push = [&, thousandths = thousandths](uint16_t word) {
     bench.say(to_text(encode_torque_command(0x202, {word, static_cast<int16_t>(thousandths)})));
     const auto answers = bench.say("080#");
     bench.advance(kPeriod_ns);
@@ -487,3 +483,5 @@ TEST_CASE("A torque has two bytes, and its unit is no entry of a TPDO", "[unit]"
   CHECK(bench.sdo("2376600001000000") == "8076600002000106");  // read only
   CHECK(bench.sdo("23001A0120007660") == "80001A0141000406");  // not mappable there
 }
+
+}  // namespace tendril::hal::cia402_drive_test

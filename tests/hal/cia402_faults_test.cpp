@@ -5,14 +5,10 @@
 
 #include "rig.h"
 
-using namespace tendril::hal;
+namespace tendril::hal::cia402_faults_test {
 using namespace tendril::hal::test;
 
-namespace {
-
 constexpr int64_t kMillisecond_ns = 1'000'000;
-
-}  // namespace
 
 TEST_CASE("When the master is gone every drive stops by itself and says so", "[unit]") {
   Rig rig(config_of(4));
@@ -408,3 +404,5 @@ TEST_CASE("A position counts from its arrival, not from when it was read", "[uni
   const int64_t arrival_ns = rig.measured.stamp_ns - kPeriod_ns + kPeriod_ns / 2 + kDelay_ns;
   CHECK(rig.measured.position_stamp_ns[0] == arrival_ns);
 }
+
+}  // namespace tendril::hal::cia402_faults_test

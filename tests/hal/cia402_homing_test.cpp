@@ -6,10 +6,8 @@
 
 // Axes and their reference: without one nothing is known of an axis, and so nothing moves but its own search.
 
-using namespace tendril::hal;
+namespace tendril::hal::cia402_homing_test {
 using namespace tendril::hal::test;
-
-namespace {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 constexpr int kBit = 15;
@@ -39,8 +37,6 @@ auto force_bits(int axis, uint16_t set, uint16_t clear) {
 }
 
 bool has_power(const Cia402Drive& drive) { return drive.power_stage() == PowerStage::kOn; }
-
-}  // namespace
 
 TEST_CASE("An axis is homed before its position is known, and enabling then moves nothing", "[unit]") {
   MasterConfig config = homing_config(1);
@@ -253,3 +249,5 @@ TEST_CASE("A drive that tells that it still has its reference is not homed again
   CHECK(successor.drives[0].position() == Approx(tells ? moved : 0).margin(kEdge));
   CHECK(successor.measured.position[0] == Approx(tells ? 5e-3 : 0).margin(kEdge * kCount));
 }
+
+}  // namespace tendril::hal::cia402_homing_test

@@ -7,10 +7,8 @@
 
 // What a drive watches by itself, because the master told it to: its soft limits and its following error.
 
-using namespace tendril::hal;
+namespace tendril::hal::cia402_limits_test {
 using namespace tendril::hal::test;
-
-namespace {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 constexpr double kCount = 0.0628 / 65536;  // m, of the rig's axes
@@ -63,8 +61,6 @@ SoftLimits told(SoftLimits has, SoftLimits shall) {
   CHECK(sequence.advance(21, out) == SdoSequence::Status::kDone);
   return has;
 }
-
-}  // namespace
 
 TEST_CASE("A drive that compares its soft limits takes new ones, whichever way they are shifted", "[unit]") {
   for (const SoftLimits has : {SoftLimits{INT32_MIN, INT32_MAX}, {-3000, -2000}, {-500, 500}, {2000, 3000}}) {
@@ -171,3 +167,5 @@ TEST_CASE("A drive that cannot follow gives up at the window that it was told", 
   rig.run_for(5 * kMillisecond_ns);
   CHECK_THAT(rig.master.describe(rig.measured.fault), Catch::Contains("following error (EMCY 8611)"));
 }
+
+}  // namespace tendril::hal::cia402_limits_test

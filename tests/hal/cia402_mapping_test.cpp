@@ -5,10 +5,8 @@
 
 // PDOs that others have mapped: they are read, and never written.
 
-using namespace tendril::hal;
+namespace tendril::hal::cia402_mapping_test {
 using namespace tendril::hal::test;
-
-namespace {
 
 MasterConfig as_found_config() {
   MasterConfig config = config_of(2);
@@ -32,8 +30,6 @@ std::string verdict(ObjectAddress object, uint32_t value) {
   rig.run_until([&] { return rig.measured.all_known || rig.faulted(); });
   return rig.faulted() ? rig.master.describe(rig.measured.fault) : "no fault";
 }
-
-}  // namespace
 
 TEST_CASE("A mapping that is to stay as found is read, never written, and serves", "[unit]") {
   MasterConfig config = as_found_config();
@@ -86,3 +82,5 @@ TEST_CASE("A drive that comes without a mapping is refused where it is to stay a
   CHECK(rig.measured.fault.object == 0x140001);
   CHECK(rig.measured.fault.axis == 0);
 }
+
+}  // namespace tendril::hal::cia402_mapping_test

@@ -7,14 +7,10 @@
 
 #include "rig.h"
 
-using namespace tendril::hal;
+namespace tendril::hal::cia402_master_test {
 using namespace tendril::hal::test;
 
-namespace {
-
 constexpr int64_t kMillisecond_ns = 1'000'000;
-
-}  // namespace
 
 TEST_CASE("Start-up configures node 2 with the frames of the notes, in their order", "[unit]") {
   Rig rig(config_of(4));
@@ -307,3 +303,5 @@ TEST_CASE("The master gets along with the identifiers it names, in a whole life 
     CHECK((used.count(id) == 1 || (id > 0x080 && id <= 0x083) || id == 0x7E0));
   }
 }
+
+}  // namespace tendril::hal::cia402_master_test

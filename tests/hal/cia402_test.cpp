@@ -6,15 +6,11 @@
 
 #include "hal/axis_scale.h"
 
-using namespace tendril::hal;
-
-namespace {
+namespace tendril::hal::cia402_test {
 
 constexpr DriveState kAll[] = {
     DriveState::kNotReady, DriveState::kSwitchOnDisabled, DriveState::kReady,         DriveState::kSwitchedOn,
     DriveState::kEnabled,  DriveState::kQuickStop,        DriveState::kFaultReaction, DriveState::kFault};
-
-}  // namespace
 
 TEST_CASE("Every statusword is read by the masks of CiA 402", "[unit]") {
   struct Row {
@@ -162,3 +158,5 @@ TEST_CASE(
     CHECK(error <= 0.02 * static_cast<double>(period_ns));
   }
 }
+
+}  // namespace tendril::hal::cia402_test

@@ -4,10 +4,8 @@
 
 // The PDOs of the simulated drive: what may be set up, when they go, and what they hold.
 
-using namespace tendril::hal;
+namespace tendril::hal::drive_pdos_test {
 using namespace tendril::hal::test;
-
-namespace {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 const std::string kDone = "60", kWrong = "8030000906";
@@ -34,8 +32,6 @@ struct PdoBench : Bench {
     REQUIRE(write(communication, 1, 4, cob_id) == kDone);
   }
 };
-
-}  // namespace
 
 TEST_CASE("PDOs can be mapped only in the order and with the objects of the standard", "[unit]") {
   const std::string not_mappable = "8041000406", too_long = "8042000406", in_use = "8000000106";
@@ -224,3 +220,5 @@ TEST_CASE("The error register lasts as long as its errors, and the history keeps
   CHECK(bench.sdo("4001100000000000") == "4F01100000000000");
   CHECK(bench.sdo("403F600000000000") == "4B3F600000000000");
 }
+
+}  // namespace tendril::hal::drive_pdos_test

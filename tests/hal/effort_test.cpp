@@ -6,10 +6,8 @@
 // Axes that follow efforts, of either protocol: torques instead of positions, from the instant at which they
 // are enabled, and a range that they may not leave.
 
-using namespace tendril::hal;
+namespace tendril::hal::effort_test {
 using namespace tendril::hal::test;
-
-namespace {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 constexpr double kSpring = 2000;    // N/m
@@ -78,8 +76,6 @@ struct Winches : AnyRig {
   std::vector<AxisConfig> axes;
   bool broken = false;
 };
-
-}  // namespace
 
 TEST_CASE("A torque does the work of its effort, whichever way the drive turns", "[law]") {
   for (const bool reversed : {false, true}) {
@@ -289,3 +285,5 @@ TEST_CASE("An ODrive axis that follows efforts gets torques in torque control, a
   rig.pull_for(10 * kMillisecond_ns);
   CHECK(rig.find(to_text(encode_odrive_torque(0, 0)), from) >= 0);  // which feeds its watchdog
 }
+
+}  // namespace tendril::hal::effort_test

@@ -11,10 +11,8 @@
 #include "hal/odrive.h"
 #include "tests/hal/rig.h"
 
-using namespace tendril::hal;
+namespace tendril::hal::frame_layout_test {
 using namespace tendril::hal::test;
-
-namespace {
 
 /// The table of a robot's frames, to be held against the codecs.
 class Layouts {
@@ -81,8 +79,6 @@ void check_traffic(const MasterConfig& config) {
   }
   CHECK(heard.size() > config.axes.size() * 3);
 }
-
-}  // namespace
 
 TEST_CASE("The table of frames reads what the CANopen codecs write", "[unit]") {
   const Layouts layouts(config_of(2));
@@ -238,3 +234,5 @@ TEST_CASE("A DBC says name, place, type, scale and unit of each signal", "[unit]
         " SG_ m : 7|16@0+ (1,0) [0|0] \"\" Vector__XXX\n\n"
         "SIG_VALTYPE_ 385 p : 1;\n");
 }
+
+}  // namespace tendril::hal::frame_layout_test

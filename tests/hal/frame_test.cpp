@@ -4,7 +4,7 @@
 
 #include "hal/frame_batch.h"
 
-using namespace tendril::hal;
+namespace tendril::hal::frame_test {
 
 TEST_CASE("A frame reads back from its own text", "[unit]") {
   for (const char* text : {"202#0F0010270000", "080#", "7FF#00", "1FFFFFFF#0102030405060708", "00000123#AB",
@@ -51,3 +51,5 @@ TEST_CASE("A full batch drops frames and counts them", "[unit]") {
   batch.clear();
   CHECK(batch.begin() == batch.end());
 }
+
+}  // namespace tendril::hal::frame_test

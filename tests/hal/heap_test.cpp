@@ -4,7 +4,7 @@
 #include "heap_count.h"
 #include "rig.h"
 
-using namespace tendril::hal;
+namespace tendril::hal::heap_test {
 using namespace tendril::hal::test;
 
 #ifndef TENDRIL_SANITIZED
@@ -80,3 +80,5 @@ TEST_CASE("A whole life of ODrive axes makes no heap call on either side", "[rt]
 }
 
 #endif
+
+}  // namespace tendril::hal::heap_test

@@ -6,7 +6,7 @@
 #include "hal/cia402_setup.h"
 #include "rig.h"
 
-using namespace tendril::hal;
+namespace tendril::hal::master_config_test {
 using tendril::hal::test::camera;
 using tendril::hal::test::config_of;
 using tendril::hal::test::odrive_config_of;
@@ -116,3 +116,5 @@ TEST_CASE("COB-IDs follow the predefined connection set unless they are given", 
   axis.canopen.tpdo_id = 0x3A0;
   CHECK(tpdo_cob_id(axis) == 0x3A0);
 }
+
+}  // namespace tendril::hal::master_config_test

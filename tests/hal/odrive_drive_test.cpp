@@ -9,9 +9,7 @@
 
 #include "hal/signal.h"
 
-using namespace tendril::hal;
-
-namespace {
+namespace tendril::hal::odrive_drive_test {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 constexpr double kRunUp_s =
@@ -61,8 +59,6 @@ struct Bench {
   OdriveDrive drive;
   int64_t now_ns = 0;
 };
-
-}  // namespace
 
 TEST_CASE("An axis tells its position every 10 ms and that it lives every 100 ms", "[unit]") {
   Bench bench;
@@ -334,3 +330,5 @@ TEST_CASE("States other than idle and closed-loop control are refused", "[unit]"
   CHECK(bench.drive.state() == kOdriveIdle);
   CHECK(bench.advance(100 * kMillisecond_ns).back() == "041#00000000010D0000");  // 13, invalid state
 }
+
+}  // namespace tendril::hal::odrive_drive_test

@@ -5,14 +5,10 @@
 
 // What goes wrong with ODrive axes, one row of the fault table each.
 
-using namespace tendril::hal;
+namespace tendril::hal::odrive_faults_test {
 using namespace tendril::hal::test;
 
-namespace {
-
 constexpr int64_t kMillisecond_ns = 1'000'000;
-
-}  // namespace
 
 TEST_CASE("When the master is gone the watchdog of every axis stops it", "[unit]") {
   const OdriveFirmware firmware = GENERATE(OdriveFirmware::k0_5, OdriveFirmware::k0_6);
@@ -236,3 +232,5 @@ TEST_CASE("The state of the bus becomes a fault of the whole robot with ODrive a
   rig.controller.set_health(BusHealth::kActive);
   CHECK(rig.reset());
 }
+
+}  // namespace tendril::hal::odrive_faults_test

@@ -5,16 +5,12 @@
 
 #include "rig.h"
 
-using namespace tendril::hal;
+namespace tendril::hal::odrive_master_test {
 using namespace tendril::hal::test;
-
-namespace {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 
 double start_of(int axis) { return (axis % 2 == 1 ? -1 : 1) * 0.25 * (axis + 1) * 0.0628; }
-
-}  // namespace
 
 TEST_CASE("Positions of ODrive axes are known before anything is enabled", "[unit]") {
   const OdriveFirmware firmware = GENERATE(OdriveFirmware::k0_5, OdriveFirmware::k0_6);
@@ -190,3 +186,5 @@ TEST_CASE("Sensors are heard beside ODrive axes", "[unit]") {
   CHECK(rig.measured.sensors.stamp_ns[0] == now_ns - 5 * kMillisecond_ns);
   CHECK(rig.measured.sensors.value[2] == Approx(0.125));
 }
+
+}  // namespace tendril::hal::odrive_master_test

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-using namespace tendril::hal;
+namespace tendril::hal::odrive_test {
 
 TEST_CASE("An identifier is the node times 32 and the message", "[unit]") {
   CHECK(odrive_id(1, OdriveMessage::kSetInputPosition) == 0x2C);  // the example of the maker's page
@@ -97,3 +97,5 @@ TEST_CASE("Errors, states and results are told in words of their firmware", "[un
   CHECK(describe_odrive_result(kOdriveNotCalibrated) == std::string("not calibrated"));
   CHECK(describe_odrive_result(16) == std::string("a result without a name"));
 }
+
+}  // namespace tendril::hal::odrive_test

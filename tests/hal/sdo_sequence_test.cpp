@@ -3,9 +3,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-using namespace tendril::hal;
-
-namespace {
+namespace tendril::hal::sdo_sequence_test {
 
 const SdoStep kSteps[] = {{{SdoRequest::Kind::kWrite, {0x6060, 0}, 1, 8}, 0},
                           {{SdoRequest::Kind::kRead, {0x6061, 0}, 0, 0}, 8},
@@ -24,8 +22,6 @@ struct Client {
   SdoSequence sequence{2, 100, 2};
   SdoSequence::Status status = SdoSequence::Status::kRunning;
 };
-
-}  // namespace
 
 TEST_CASE("An SDO sequence asks one question at a time, to the end", "[unit]") {
   Client client;
@@ -153,3 +149,5 @@ TEST_CASE("A value is compared in the bits that count, and told where it is anot
     CHECK(sequence.found() == (other ? 0x4000'0183 : 0x4000'0182));
   }
 }
+
+}  // namespace tendril::hal::sdo_sequence_test

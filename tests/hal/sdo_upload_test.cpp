@@ -3,9 +3,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-using namespace tendril::hal;
-
-namespace {
+namespace tendril::hal::sdo_upload_test {
 
 using Status = SdoUpload::Status;
 
@@ -25,8 +23,6 @@ struct Client {
 };
 
 constexpr const char* kInitiate = "602#4008100000000000";
-
-}  // namespace
 
 TEST_CASE("An SDO upload fetches a long object segment by segment", "[unit]") {
   Client client;
@@ -120,3 +116,5 @@ TEST_CASE("A text that is too long is cut, and one that never ends is given up",
   CHECK(empty.ask(2) == "602#8008100000000008");
   CHECK(empty.status == Status::kFailed);
 }
+
+}  // namespace tendril::hal::sdo_upload_test

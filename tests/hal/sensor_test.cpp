@@ -8,10 +8,8 @@
 #include "heap_count.h"
 #include "rig.h"
 
-using namespace tendril::hal;
+namespace tendril::hal::sensor_test {
 using namespace tendril::hal::test;
-
-namespace {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 constexpr int64_t kStart_ns = 1'000 * kMillisecond_ns;  // stamps of zero mean "never"
@@ -57,8 +55,6 @@ struct Listening {
   int64_t now_ns = kStart_ns;
   const SensorReadings* readings = nullptr;
 };
-
-}  // namespace
 
 TEST_CASE("A sample has the bytes that its sensor's description says", "[unit]") {
   CHECK(to_text(sample(camera(0x1F0), {0.01, -0.01, 0.125}, 2'500'000)) == "1F0#E80318FCD430FA00");
@@ -210,3 +206,5 @@ TEST_CASE("Listening to sensors makes no heap call", "[rt]") {
 }
 
 #endif
+
+}  // namespace tendril::hal::sensor_test

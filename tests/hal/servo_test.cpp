@@ -8,9 +8,7 @@
 
 #include "heap_count.h"
 
-using namespace tendril::hal;
-
-namespace {
+namespace tendril::hal::servo_test {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 constexpr int64_t kDay_ns = 86'400'000'000'000;
@@ -41,8 +39,6 @@ struct Bench {
   Servo servo;
   int64_t now_ns = 0;
 };
-
-}  // namespace
 
 TEST_CASE("A small step is followed as two equal poles do, without overshoot", "[law]") {
   const double gain = GENERATE(20.0, 100.0);
@@ -307,3 +303,5 @@ TEST_CASE("A servo makes no heap call", "[rt]") {
   CHECK(test::heap_calls() == before);
 }
 #endif
+
+}  // namespace tendril::hal::servo_test

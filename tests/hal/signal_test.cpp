@@ -8,9 +8,7 @@
 
 #include "tests/hal/heap_count.h"
 
-using namespace tendril::hal;
-
-namespace {
+namespace tendril::hal::signal_test {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -35,8 +33,6 @@ void for_every_place(const Judge& judge) {
         if (bytes_needed(signal) <= 8) judge(signal);
       }
 }
-
-}  // namespace
 
 TEST_CASE("The bits of a signal are those that walking through the frame meets", "[law]") {
   for_every_place([](const Signal& signal) {
@@ -169,3 +165,5 @@ TEST_CASE("A signal is read and written without a heap call", "[rt]") {
 }
 
 #endif
+
+}  // namespace tendril::hal::signal_test

@@ -2,7 +2,10 @@
 
 #include <catch2/catch.hpp>
 #include <fstream>
+#include <optional>
 #include <string>
+
+#include "tests/hal/raw_can.h"
 
 namespace tendril::hal::testing {
 
@@ -17,5 +20,18 @@ inline bool skipped_without_vcan0() {
   WARN("skipped: there is no vcan0 here; run the tests through tools/vcan");
   return true;
 }
+
+/// A virtual CAN interface that nobody else talks on: one of the test's own where it may make one. Else it is
+/// vcan0, which the tests of a run use one after the other; where others talk on it, tests may fail.
+class Vcan {
+ public:
+  Vcan() {
+    if (OwnInterface::may_be_made()) own_.emplace();
+  }
+  std::string name() const { return own_ ? own_->name() : "vcan0"; }
+
+ private:
+  std::optional<OwnInterface> own_;
+};
 
 }  // namespace tendril::hal::testing

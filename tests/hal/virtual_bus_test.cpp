@@ -3,7 +3,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 
-using namespace tendril::hal;
+namespace tendril::hal::virtual_bus_test {
 
 TEST_CASE("A frame reaches all other nodes after the delay, in order, with the time of its arrival",
           "[unit]") {
@@ -87,3 +87,5 @@ TEST_CASE("A full queue drops the newest frames and counts them", "[unit]") {
   }
   CHECK_FALSE(b.receive(frame));
 }
+
+}  // namespace tendril::hal::virtual_bus_test

@@ -21,6 +21,11 @@ TOP_SPEED_MM_S = 30
 TRACE_MM = 1e-4  # the resolution of trace.csv
 TRACE_N = 1e-5  # likewise of efforts
 RADIUS_MM = 5
+MOVED_MM = 0.3  # so far at least is an axis to go in a run
+PULLED_NM = 1e-4  # so much more a cable
+CYCLES = 50  # of its motion, at least
+# So many targets are waited for: the first few may be from before the cycles that follow targets.
+WAITED_FOR = 2 * CYCLES
 COUNT_MM = 2 * 3.141592653589793 * RADIUS_MM / 65536
 RATED_NM = 0.02
 
@@ -50,11 +55,52 @@ class Run:
         return [1e3 * float(row[column]) for row in self.rows]
 
 
-def run_with_plant(protocol, flooded=False, changes=()):
+def spans_of(protocol, torques=()):
+    """What a run is to show: the signals of the targets, and by how much they are to change.
+
+    torques: the drives that are told torques, not positions
+    """
+    message = {"canopen": "RPDO", "odrive": "input"}[protocol]
+    return {
+        (f"Drive_{drive}_{message}", "target_torque" if drive in torques else "target_position"): (
+            PULLED_NM if drive in torques else MOVED_MM
+        )
+        for drive in DRIVES
+    }
+
+
+def run_until_enough(robot, watch, enough=lambda: True):
+    """Lets the daemon run until the bus has shown enough, however long that takes, and ends it with SIGTERM.
+
+    enough: says whether what else is needed has come
+    Returns its exit code and what it said.
+    """
+    with robot.start_daemon() as daemon:
+        bench.wait_until(
+            lambda: daemon.ended() or (watch.enough() and enough()),
+            lambda: f"a motion of each target; so far: {watch.text()}",
+            [robot.plant or daemon, daemon],
+        )
+        code = daemon.exit_code() if daemon.ended() else daemon.terminate()
+        return code, daemon.said()
+
+
+def wait_for_rest(log, protocol):
+    """Until each drive has told with a heartbeat that it was left as it was found."""
+    for node in (1, 2):
+        if protocol == "canopen":
+            bench.wait_until(lambda: log.last(f"70{node}") == "7F", f"node {node} pre-operational")
+        else:
+            heartbeat = f"{node << 5 | 1:03X}"
+            bench.wait_until(lambda: (log.last(heartbeat) or "")[8:10] == "01", f"axis {node} idle")
+
+
+def run_with_plant(protocol, flooded=False, changes=(), torques=()):
     """A run of daemon and simulated robot.
 
     flooded: while others talk
     changes: of the robot file, as for bench.finger
+    torques: the drives that are told torques
     """
     with contextlib.ExitStack() as stack:
         robot = stack.enter_context(bench.Bench(bench.finger(protocol, changes)))
@@ -62,9 +108,14 @@ def run_with_plant(protocol, flooded=False, changes=()):
         if flooded:
             stack.enter_context(robot.flood())
         robot.start_plant()
-        with robot.start_daemon("--duration", "1") as daemon:
-            code = daemon.exit_code()
-            said = daemon.said()
+        watch = stack.enter_context(bus_log.Watch(robot.dbc(), spans_of(protocol, torques), WAITED_FOR))
+
+        def others_were_heard():
+            return not flooded or min(log.count_foreign(bench.STRANGER).values()) > 2 * log.count("080")
+
+        code, said = run_until_enough(robot, watch, others_were_heard)
+        if code == 0:
+            wait_for_rest(log, protocol)
         assert robot.plant.terminate() == 0, robot.plant.said()
         # In an emulated machine, which takes seconds for a step, drives are silent for longer than they may be.
         if code != 0 and robot.share_of_steps_missed() > 50:
@@ -76,8 +127,10 @@ def run_with_plant(protocol, flooded=False, changes=()):
 class BusTest(unittest.TestCase):
     def check_summary(self, run):
         self.assertEqual(run.summary["faults"], [])
-        self.assertEqual(run.summary["bus_dropped"], 0)
-        self.assertGreater(len(run.rows), RATE_HZ / 10)  # less than RATE_HZ where cycles were late
+        # The controller's queue overflows where nobody reads for a third of a second: that is a stall of the machine.
+        if max(run.summary["wakeup_us"]["max"], run.summary["cycle_us"]["max"]) < 1e5:
+            self.assertEqual(run.summary["bus_dropped"], 0)
+        self.assertGreaterEqual(len(run.rows), CYCLES)
 
     def check_targets(self, run, drive, targets, resolution):
         """The targets on the bus are those of the trace, one a cycle, and keep to the actuator's limits."""
@@ -86,13 +139,13 @@ class BusTest(unittest.TestCase):
         self.assertTrue(all(STROKE_MM[0] <= target <= STROKE_MM[1] for target in targets))
         steps = [abs(b - a) for a, b in zip(targets, targets[1:])]
         self.assertLessEqual(max(steps), TOP_SPEED_MM_S / RATE_HZ + 2 * close)
-        self.assertGreater(max(targets) - min(targets), 0.3, "it did not move")
+        self.assertGreater(max(targets) - min(targets), MOVED_MM, "it did not move")
 
     def check_torques(self, run, drive, torques, resolution):
         """The torques on the bus are those of the efforts in the trace, one a cycle."""
         traced = [1e-3 * RADIUS_MM * float(row[f"effort_{drive}_N"]) for row in run.rows]
         self.check_carried(drive, torques, traced, resolution / 2 + 1e-3 * RADIUS_MM * TRACE_N / 2 + 1e-9)
-        self.assertGreater(max(torques) - min(torques), 1e-4, "it never pulled more")
+        self.assertGreater(max(torques) - min(torques), PULLED_NM, "it never pulled more")
 
     def check_carried(self, drive, targets, traced, close):
         def begins_at(start):
@@ -142,9 +195,15 @@ class Cia402BusTest(BusTest):
             self.assertGreaterEqual(targets, len(self.run_.rows))
 
     def test_sync_keeps_to_the_rate(self):
-        times_s = [entry.time_s for entry in self.run_.of("SYNC")]
-        # A late cycle leaves a gap and is not made up for: there are fewer than the rate says, never more.
-        self.assertLess((len(times_s) - 1) / (times_s[-1] - times_s[0]), 1.02 * RATE_HZ)
+        # A late cycle leaves a gap and is not made up for: from any SYNC to any later one it takes the periods between
+        # them, or one less where the first was late. The log's clock may be set right meanwhile, by 2 % at most.
+        syncs = self.run_.of("SYNC")
+        latest_s = float("-inf")
+        for i, entry in enumerate(syncs):
+            late_s = 1.02 * (entry.time_s - syncs[0].time_s) - i / RATE_HZ
+            latest_s = max(latest_s, late_s)
+            self.assertGreater(late_s, latest_s - 1 / RATE_HZ - 1e-4, "late cycles were made up for")
+        self.assertGreaterEqual(len(syncs), CYCLES)
 
     def test_a_drive_is_enabled_and_disabled_step_by_step_and_without_a_jump(self):
         for drive in DRIVES:
@@ -223,7 +282,7 @@ class EffortBusTest(BusTest):
     """One axis follows efforts, the other displacements."""
 
     def run_on(self, protocol, drive):
-        return run_with_plant(protocol, changes=[("node: 2, ", f"node: 2, {drive}, ")])
+        return run_with_plant(protocol, changes=[("node: 2, ", f"node: 2, {drive}, ")], torques=["left"])
 
     def test_cia402_torques_are_the_efforts_of_the_trace(self):
         run = self.run_on("canopen", f"setpoint: effort, rated_torque: {RATED_NM} Nm")

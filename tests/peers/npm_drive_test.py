@@ -6,7 +6,7 @@ import re
 
 import bench
 import bus_log
-from bus_log_test import COUNT_MM, BusTest, Run
+from bus_log_test import COUNT_MM, WAITED_FOR, BusTest, Run, run_until_enough, spans_of
 from npm_peer import NpmProgram, data_sheet
 
 NODES = {1: "right", 2: "left"}
@@ -39,8 +39,9 @@ class NpmDriveTest(BusTest):
             log = stack.enter_context(bus_log.BusLog(robot.folder))
             stack.enter_context(robot.flood(FLOOD_GAP_MS))
             drives = stack.enter_context(NpmDrives(robot.folder))
-            with robot.start_daemon("--duration", "1") as daemon:
-                self.assertEqual(daemon.exit_code(), 0, daemon.said())
+            watch = stack.enter_context(bus_log.Watch(robot.dbc(), spans_of("canopen"), WAITED_FOR))
+            code, said = run_until_enough(robot, watch)
+            self.assertEqual(code, 0, said)
             run = Run(robot, log, flooded=True)
             states = {node: drives.states(node) for node in NODES}
         self.check_summary(run)

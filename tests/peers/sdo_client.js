@@ -11,7 +11,7 @@
 const readline = require('readline');
 const { Device, Eds } = require('canopen');
 
-const PATIENCE_MS = 60000, TARGET_POSITION = 0x607a, ERROR_WINDOW = 0x6065;
+const PATIENCE_MS = 30000 * Number(process.env.TENDRIL_PATIENCE || 1), TARGET_POSITION = 0x607a, ERROR_WINDOW = 0x6065;
 
 const [eds, node] = [process.argv[2], Number(process.argv[3])];
 const device = new Device({ id: 126 });

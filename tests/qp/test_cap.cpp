@@ -3,8 +3,7 @@
 #include "random_problem.h"
 #include "sequence.h"
 
-namespace tendril::qp {
-namespace {
+namespace tendril::qp::test_cap {
 
 /// Requires what solve() promises of a capped answer, and returns whether it improves on holding.
 bool check_no_worse(const Qp& qp, const Vector& x, const Vector& held) {
@@ -19,8 +18,6 @@ bool check_no_worse(const Qp& qp, const Vector& x, const Vector& held) {
   if (met) REQUIRE(qp.objective(x) <= qp.objective(held) + 1e-12 * (qp.scale(x) + qp.scale(held)));
   return met && qp.objective(x) < qp.objective(held);
 }
-
-}  // namespace
 
 TEST_CASE("At every iteration cap the answer is within bounds and no worse than holding", "[law]") {
   std::mt19937_64 random(600);
@@ -116,4 +113,4 @@ TEST_CASE("With a cap of its own need the solver finishes, with one less it does
   }
 }
 
-}  // namespace tendril::qp
+}  // namespace tendril::qp::test_cap

@@ -5,8 +5,7 @@
 #include "adversary.h"
 #include "certificate.h"
 
-namespace tendril::qp {
-namespace {
+namespace tendril::qp::test_fuzz {
 
 constexpr int kCap = 1000;
 constexpr double kMet = 1e-7;    // of its terms, to which a row is met,
@@ -49,8 +48,6 @@ bool check_answer(const Adversary& posed, const Solution& solution) {
   return posed.extreme || solution.status != Status::kCapped;
 }
 
-}  // namespace
-
 // TENDRIL_QP_PROBLEMS says how many problems, TENDRIL_QP_SEED which is the first: a failure prints its own.
 TEST_CASE("However a problem is made worse, what is called solved is solved", "[law][fuzz]") {
 #ifdef TENDRIL_SANITIZED
@@ -81,4 +78,4 @@ TEST_CASE("However a problem is made worse, what is called solved is solved", "[
   CHECK(unsolved * 1000 <= 5 * count);  // of twice as many solves
 }
 
-}  // namespace tendril::qp
+}  // namespace tendril::qp::test_fuzz

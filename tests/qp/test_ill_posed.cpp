@@ -4,8 +4,7 @@
 
 #include "random_problem.h"
 
-namespace tendril::qp {
-namespace {
+namespace tendril::qp::test_ill_posed {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -18,8 +17,6 @@ Qp two_cables() {
                Vector::Constant(2, 4)};
   return qp;
 }
-
-}  // namespace
 
 TEST_CASE("A question that makes no sense is answered by the last command, clipped", "[unit]") {
   Qp qp = two_cables();
@@ -110,4 +107,4 @@ TEST_CASE("Whatever bits come in, finite numbers within sound bounds come out", 
   for (const int count : ended) CHECK(count > 0);
 }
 
-}  // namespace tendril::qp
+}  // namespace tendril::qp::test_ill_posed

@@ -4,8 +4,7 @@
 #include "brute_force.h"
 #include "random_problem.h"
 
-namespace tendril::qp {
-namespace {
+namespace tendril::qp::test_least_energy {
 
 constexpr int kCap = 1000;
 
@@ -42,8 +41,6 @@ Redundant redundant_robot(std::mt19937_64& random, int actuators, int coordinate
   bounds.row_lower = -bounds.row_upper;
   return robot;
 }
-
-}  // namespace
 
 TEST_CASE("Of the efforts that come nearest to the target, those of the least energy are found", "[law]") {
   const unsigned seed = 20161;
@@ -126,4 +123,4 @@ TEST_CASE("Efforts of the least energy keep to the bounds at every iteration cap
   CHECK(capped > 100);
 }
 
-}  // namespace tendril::qp
+}  // namespace tendril::qp::test_least_energy

@@ -6,8 +6,7 @@
 #include "brute_force.h"
 #include "random_problem.h"
 
-namespace tendril::qp {
-namespace {
+namespace tendril::qp::test_optimality {
 
 constexpr int kCap = 1000;
 
@@ -36,8 +35,6 @@ void check_rows(const Qp& qp, const Problem& problem, const Solution& solution) 
   }
   REQUIRE(solution.row_violation == 0);
 }
-
-}  // namespace
 
 TEST_CASE("An optimal answer is as good as the best of all active sets", "[law]") {
 #ifdef TENDRIL_SANITIZED
@@ -118,4 +115,4 @@ TEST_CASE("An optimal answer fulfils the Karush-Kuhn-Tucker conditions at every 
   }
 }
 
-}  // namespace tendril::qp
+}  // namespace tendril::qp::test_optimality

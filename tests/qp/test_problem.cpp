@@ -4,12 +4,9 @@
 
 #include "random_problem.h"
 
-namespace tendril::qp {
-namespace {
+namespace tendril::qp::test_problem {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
 
 TEST_CASE("Matrices that are no Hessian and no compliance are refused by name", "[unit]") {
   Matrix H = (Matrix(2, 2) << 2, 1, 1, 3).finished(), A = (Matrix(2, 2) << 1, 0.2, 0.2, 1).finished();
@@ -129,4 +126,4 @@ TEST_CASE("What G says of a point is off by no more than its error times the ter
   CHECK(tightest > 1e-3);
 }
 
-}  // namespace tendril::qp
+}  // namespace tendril::qp::test_problem

@@ -3,8 +3,7 @@
 
 #include "brute_force.h"
 
-namespace tendril::qp {
-namespace {
+namespace tendril::qp::test_softened {
 
 /// Σ v_k² / A_kk over the rows' violations v at x.
 double energy(const Qp& qp, const Vector& x) {
@@ -46,8 +45,6 @@ Qp conflict(std::mt19937_64& random, int n) {
     if (random() % 4 == 0) qp.bounds.row_upper[k] = kInf;
   return qp;
 }
-
-}  // namespace
 
 TEST_CASE("Where rows conflict the violation's energy is least, and the objective second", "[law]") {
 #ifdef TENDRIL_SANITIZED
@@ -124,4 +121,4 @@ TEST_CASE("Once the conflict is over the rows are met again at once", "[unit]") 
   }
 }
 
-}  // namespace tendril::qp
+}  // namespace tendril::qp::test_softened

@@ -2,8 +2,7 @@
 
 #include "random_problem.h"
 
-namespace tendril::qp {
-namespace {
+namespace tendril::qp::test_warm_start {
 
 constexpr int kCycles = 300;
 constexpr int kCap = 400;
@@ -43,8 +42,6 @@ struct Drift {
   Problem problem;
   bool prepared = false;
 };
-
-}  // namespace
 
 TEST_CASE("From the working set of the last cycle or from none, the answer is the same", "[law]") {
   for (const int n : {1, 2, 4, 8, 16, 32}) {
@@ -99,4 +96,4 @@ TEST_CASE("Repeating a solved problem takes one iteration", "[unit]") {
   CHECK(again.x.isApprox(x, 1e-12));
 }
 
-}  // namespace tendril::qp
+}  // namespace tendril::qp::test_warm_start

@@ -5,8 +5,7 @@
 #include "qp/working_set.h"
 #include "random_problem.h"
 
-namespace tendril::qp {
-namespace {
+namespace tendril::qp::test_working_set {
 
 using Side = WorkingSet::Side;
 
@@ -20,8 +19,6 @@ Eigen::VectorXd solve_densely(const Metric& metric, const WorkingSet& set, const
   }
   return G.ldlt().solve(b);
 }
-
-}  // namespace
 
 TEST_CASE("However constraints came and went, the factor solves like one made anew", "[law]") {
   std::mt19937_64 random(1974);
@@ -76,4 +73,4 @@ TEST_CASE("A multiplier that would change its sign stops all of them where it is
   CHECK(set.multiplier(2) == Approx(-8));
 }
 
-}  // namespace tendril::qp
+}  // namespace tendril::qp::test_working_set

@@ -1,5 +1,7 @@
 #include "rt/control_loop.h"
 
+#include <sys/mman.h>
+
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <limits>
@@ -11,8 +13,7 @@
 #include "rt/heap_guard.h"
 #include "tests/rt/one_cable.h"
 
-namespace tendril::rt {
-namespace {
+namespace tendril::rt::control_loop_test {
 
 using testing::kMillisecond;
 
@@ -49,8 +50,15 @@ class ObedientDrives final : public hal::DriveMaster {
   int waste_at = 0;                    ///< the command that makes heap calls and page faults; 0: none
 
  private:
+  /// A heap call, and the first touch of small pages, also where the kernel would give huge ones.
   void waste() {
-    wasted_.assign(kWastedPages * 4096, 'x');  // beyond what malloc keeps: pages that nobody has touched
+    wasted_.assign(4096, 'x');
+    const std::size_t bytes = kWastedPages * 4096;
+    void* const pages = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (pages == MAP_FAILED) return;
+    madvise(pages, bytes, MADV_NOHUGEPAGE);
+    for (std::size_t at = 0; at < bytes; at += 4096) static_cast<volatile char*>(pages)[at] = 'x';
+    munmap(pages, bytes);
   }
 
   int commands_ = 0;
@@ -215,5 +223,4 @@ TEST_CASE("The loop ends when asked, even where nobody reads the trace", "[rt]")
   CHECK(rig->trace.dropped() > 1);
 }
 
-}  // namespace
-}  // namespace tendril::rt
+}  // namespace tendril::rt::control_loop_test

@@ -6,8 +6,7 @@
 
 // Actuators that follow efforts: what their drives get is λ, from the instant at which they are enabled.
 
-namespace tendril::rt {
-namespace {
+namespace tendril::rt::controller_effort_test {
 
 using testing::kCompliance;
 using testing::kCoupling;
@@ -183,5 +182,4 @@ TEST_CASE("Whatever the model says, every effort is finite and within its limits
   CHECK((phases & 1 << static_cast<int>(Phase::kStopped)) != 0);
 }
 
-}  // namespace
-}  // namespace tendril::rt
+}  // namespace tendril::rt::controller_effort_test

@@ -6,8 +6,7 @@
 #include "rt/heap_guard.h"
 #include "tests/rt/one_cable.h"
 
-namespace tendril::rt {
-namespace {
+namespace tendril::rt::controller_test {
 
 using testing::kCompliance;
 using testing::kCoupling;
@@ -466,5 +465,4 @@ TEST_CASE("A step of the largest robot makes no heap call in any phase", "[rt]")
   CHECK(iterations > 1);
 }
 
-}  // namespace
-}  // namespace tendril::rt
+}  // namespace tendril::rt::controller_test

@@ -5,13 +5,10 @@
 #include <random>
 #include <stdexcept>
 
-using namespace tendril::rt;
+namespace tendril::rt::deadline_grid_test {
 
-namespace {
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kStart = 123'456'789'012'345;  // a machine that has been up for a day and a half
-}  // namespace
-
 TEST_CASE("DeadlineGrid at 600 Hz does not drift in an hour, nor in a year", "[unit]") {
   const DeadlineGrid grid(600, kStart);
   CHECK(grid.deadline_ns(0) == kStart);
@@ -55,3 +52,5 @@ TEST_CASE("DeadlineGrid refuses a rate that is no rate", "[unit]") {
     CHECK_THROWS_AS(DeadlineGrid(rate_hz, 0), std::invalid_argument);
   CHECK_THROWS_WITH(DeadlineGrid(0, 0), Catch::Contains("0.001 to 1000000 Hz"));
 }
+
+}  // namespace tendril::rt::deadline_grid_test

@@ -17,9 +17,7 @@
 #include "rt/thread.h"
 #include "rt/triple_buffer.h"
 
-using namespace tendril::rt;
-
-namespace {
+namespace tendril::rt::heap_guard_test {
 
 // The compiler may leave out an allocation that nobody looks at.
 template <class T>
@@ -27,8 +25,6 @@ T* seen(T* block) {
   asm volatile("" : "+r"(block) : : "memory");
   return block;
 }
-
-}  // namespace
 
 #ifdef TENDRIL_SANITIZED
 
@@ -178,3 +174,5 @@ TEST_CASE("What the control thread calls makes no heap call", "[rt]") {
 }
 
 #endif
+
+}  // namespace tendril::rt::heap_guard_test

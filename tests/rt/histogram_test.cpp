@@ -9,9 +9,7 @@
 
 #include "rt/periodic_clock.h"
 
-using namespace tendril::rt;
-
-namespace {
+namespace tendril::rt::histogram_test {
 
 // The definition: the least value that at least p percent of all do not exceed, in whole per-mille steps of
 // p.
@@ -28,8 +26,6 @@ std::vector<std::int64_t> latencies(std::size_t count, unsigned seed) {
   for (std::int64_t& value : values) value = std::llround(std::pow(10, exponent(random)));
   return values;
 }
-
-}  // namespace
 
 TEST_CASE("Histogram percentiles are at most 1/512 above the exact ones and never below", "[unit]") {
   const auto seed = GENERATE(1u, 2u, 3u);
@@ -152,3 +148,5 @@ TEST_CASE("A loop that follows the recipe counts every deadline exactly once", "
   CHECK(histogram->count() == cycles + missed);
   CHECK(clock.next_deadline_ns() == grid.deadline_ns(1 + histogram->count()));
 }
+
+}  // namespace tendril::rt::histogram_test

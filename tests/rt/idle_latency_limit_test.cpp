@@ -9,10 +9,9 @@
 #include <optional>
 
 #include "rt/rt_error.h"
+#include "tests/own_folder.h"
 
-using namespace tendril::rt;
-
-namespace {
+namespace tendril::rt::idle_latency_limit_test {
 
 constexpr const char* kDevice = "/dev/cpu_dma_latency";
 
@@ -24,8 +23,6 @@ std::optional<std::int32_t> limit_in_force() {
   if (device >= 0) close(device);
   return known ? std::optional(limit_us) : std::nullopt;
 }
-
-}  // namespace
 
 TEST_CASE("The kernel holds an IdleLatencyLimit as long as the object lives", "[rt]") {
   const auto before = limit_in_force();
@@ -42,8 +39,11 @@ TEST_CASE("The kernel holds an IdleLatencyLimit as long as the object lives", "[
 }
 
 TEST_CASE("IdleLatencyLimit says what to grant where it is refused", "[unit]") {
-  const std::string device = "/nonexistent/latency";
+  const tendril::testing::OwnFolder folder;
+  const std::string device = folder / "latency";
   CHECK_THROWS_AS(IdleLatencyLimit(0, device), RtError);
   CHECK_THROWS_WITH(IdleLatencyLimit(0, device),
                     Catch::Contains(device) && Catch::Contains("No such file") && Catch::Contains("grant"));
 }
+
+}  // namespace tendril::rt::idle_latency_limit_test

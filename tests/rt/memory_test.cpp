@@ -13,7 +13,7 @@
 #include "rt/page_faults.h"
 #include "rt/rt_error.h"
 
-using namespace tendril::rt;
+namespace tendril::rt::memory_test {
 
 #ifndef TENDRIL_SANITIZED  // sanitizers ignore mlockall: their shadow memory is larger than any machine's
 
@@ -33,8 +33,6 @@ TEST_CASE("lock_memory says what to grant where it is refused", "[unit]") {
   for (const char* const remedy : {"CAP_IPC_LOCK", "LimitMEMLOCK=infinity", "limits.conf", "--allow-non-rt"})
     CHECK_THAT(message, Catch::Contains(remedy));
 }
-
-namespace {
 
 // Large enough for a mapping of its own, were that not turned off, and larger than what other tests left in
 // the heap.
@@ -65,8 +63,6 @@ std::int64_t faults_of_first_use(void* pages) {
   const PageFaults faults = counter.faults();
   return faults.minor + faults.major;
 }
-
-}  // namespace
 
 TEST_CASE("After lock_memory, new pages are there before their first use", "[rt]") {
   check_zero_with_locked_memory([] {
@@ -116,3 +112,5 @@ TEST_CASE("prefault_stack takes the page faults of the stack in advance", "[rt]"
 }
 
 #endif
+
+}  // namespace tendril::rt::memory_test

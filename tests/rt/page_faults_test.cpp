@@ -5,11 +5,9 @@
 #include <catch2/catch.hpp>
 #include <thread>
 
-using namespace tendril::rt;
+namespace tendril::rt::page_faults_test {
 
 #ifndef TENDRIL_SANITIZED  // shadow memory faults too
-
-namespace {
 
 constexpr std::size_t kPages = 64, kBytes = kPages * 4096;
 
@@ -26,8 +24,6 @@ void touch(volatile char* pages) {
 }
 
 void unmap(volatile char* pages) { munmap(const_cast<char*>(pages), kBytes); }
-
-}  // namespace
 
 TEST_CASE("PageFaultCounter counts the first touch of a page and no other", "[rt]") {
   volatile char* const pages = fresh_pages();
@@ -59,3 +55,5 @@ TEST_CASE("PageFaultCounter leaves out the faults of other threads", "[rt]") {
 }
 
 #endif
+
+}  // namespace tendril::rt::page_faults_test

@@ -7,9 +7,7 @@
 
 #include "channel_fuzz.h"
 
-using namespace tendril::rt;
-
-namespace {
+namespace tendril::rt::spsc_ring_test {
 
 constexpr std::size_t kCapacity = 4;  // small, so that full and empty are everyday events
 
@@ -58,8 +56,6 @@ class Overwrites {
   std::atomic<std::uint64_t> tail_{0};
   std::uint64_t head_ = 0;
 };
-
-}  // namespace
 
 TEST_CASE("SpscRing delivers every value once, whole and in order, or counts it as dropped", "[rt]") {
   const auto seed = GENERATE(1u, 2u, 3u, 4u);
@@ -112,3 +108,5 @@ TEST_CASE("SpscRing behaves as a queue of its capacity", "[unit]") {
   }
   CHECK(dropped > 0);
 }
+
+}  // namespace tendril::rt::spsc_ring_test

@@ -12,9 +12,7 @@
 #include "rt/page_faults.h"
 #include "rt/rt_error.h"
 
-using namespace tendril::rt;
-
-namespace {
+namespace tendril::rt::thread_test {
 
 ThreadConfig named(const std::string& name) {
   ThreadConfig config;
@@ -31,8 +29,6 @@ int last_allowed_cpu() {
     if (CPU_ISSET(cpu, &allowed)) last = cpu;
   return last;
 }
-
-}  // namespace
 
 TEST_CASE("RealtimeThread runs its body under SCHED_FIFO at the priority asked for", "[rt]") {
   Scheduling scheduling;
@@ -140,3 +136,5 @@ TEST_CASE("The stack of a RealtimeThread has no page fault left in it", "[rt]") 
   CHECK(faults == 0);
 }
 #endif
+
+}  // namespace tendril::rt::thread_test

@@ -7,9 +7,7 @@
 
 #include "channel_fuzz.h"
 
-using namespace tendril::rt;
-
-namespace {
+namespace tendril::rt::triple_buffer_test {
 
 // Broken on purpose: two slots, and nothing tells the writer which one the reader holds.
 class TwoBuffers {
@@ -40,8 +38,6 @@ class NoFreshBit {
   std::atomic<std::size_t> middle_{1};
   std::size_t back_ = 0, front_ = 2;
 };
-
-}  // namespace
 
 TEST_CASE("TripleBuffer never hands out a torn, changed or older value, and always the last one", "[rt]") {
   const auto seed = GENERATE(1u, 2u, 3u, 4u);
@@ -125,3 +121,5 @@ TEST_CASE("TripleBuffer gives every slot the size of its model value", "[unit]")
     CHECK(buffer.latest().size() == 100);
   }
 }
+
+}  // namespace tendril::rt::triple_buffer_test

@@ -6,8 +6,7 @@
 // What goes wrong around the controller, on all of Tendril in virtual time, on the finger: every row of the
 // fault table. What drives can suffer is in plant_faults_test.cpp.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::faults_test {
 
 using Catch::Matchers::Contains;
 using rt::Fault;
@@ -212,5 +211,4 @@ TEST_CASE("A model that gives up ends the run before any drive is enabled", "[sc
   for (const rt::TraceRecord& record : rig.trace()) CHECK(record.phase != Phase::kEnabling);
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::faults_test

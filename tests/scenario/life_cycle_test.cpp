@@ -5,8 +5,7 @@
 
 // From power-on to disabled drives, in virtual time, on the finger.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::life_cycle_test {
 
 using rt::Phase;
 
@@ -85,5 +84,4 @@ TEST_CASE("A controller that comes back after its death holds the measured lengt
     CHECK(second.displacements().delta_a[a] == Approx(left.delta_a[a]).margin(kOneCount_m));
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::life_cycle_test

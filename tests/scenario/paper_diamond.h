@@ -1,12 +1,11 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
 #include <string>
 
 #include "app/config.h"
+#include "tests/own_folder.h"
 
 namespace tendril::app::testing {
 
@@ -17,12 +16,10 @@ inline Config paper_diamond(const std::filesystem::path& data) {
   std::string text(std::istreambuf_iterator<char>(in), {});
   const std::string key = "../../../shared/data/diamond/diamond.vtu";
   text.replace(text.find(key), key.size(), (data / "diamond.vtu").string());
-  const auto file =
-      std::filesystem::temp_directory_path() / ("tendril-paper-diamond-" + std::to_string(getpid()));
+  const tendril::testing::OwnFolder folder;
+  const auto file = folder / "paper_diamond.yaml";
   std::ofstream(file) << text;
-  const Config config = load_config(file);
-  std::filesystem::remove(file);
-  return config;
+  return load_config(file);
 }
 
 }  // namespace tendril::app::testing

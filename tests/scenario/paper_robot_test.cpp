@@ -7,8 +7,7 @@
 // The robot of Largilliere et al. (2015) on its own mesh, which lives outside the project
 // (TENDRIL_SHARED_DATA).
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::paper_robot_test {
 
 constexpr double kSquareMean_mm = 1.5, kSquareMax_mm = 3.0;
 
@@ -34,5 +33,4 @@ TEST_CASE("The paper's robot follows the square", "[scenario]") {
   CHECK(testing::within_limits(config, rig.trace()));
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::paper_robot_test

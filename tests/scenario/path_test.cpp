@@ -7,8 +7,7 @@
 // How well the simulated robot follows a path, in virtual time. Its body is 10 % stiffer than the model and
 // has a mass and damping of its own.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::path_test {
 
 constexpr double kDiamondMean_mm = 1.0, kDiamondMax_mm = 2.0;  // the paper's robot: 1.82 mm on average
 constexpr double kFingerMean_mm = 0.5, kFingerMax_mm = 1.0;
@@ -139,5 +138,4 @@ TEST_CASE("The error grows when the model is refreshed less often and not when t
   CHECK(slow_bus < 1.5 * fast);
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::path_test

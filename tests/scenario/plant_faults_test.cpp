@@ -9,8 +9,7 @@
 // What the simulated robot can be made to suffer, in virtual time, on the finger with drives of both
 // protocols: the same lines that tendril-plant takes on its standard input.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::plant_faults_test {
 
 using Catch::Matchers::Contains;
 using hal::FaultKind;
@@ -176,5 +175,4 @@ TEST_CASE("A robot that is on no bus from the start ends the run before any driv
   for (const rt::TraceRecord& record : rig.trace()) REQUIRE(record.phase != Phase::kEnabling);
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::plant_faults_test

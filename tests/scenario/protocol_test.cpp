@@ -6,8 +6,7 @@
 
 // The same robot with drives of either protocol: what is above the drives must not notice.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::protocol_test {
 
 using Catch::Matchers::Contains;
 using rt::Phase;
@@ -91,5 +90,4 @@ TEST_CASE("An ODrive axis' fault stops all axes, and the reason names it", "[sce
   CHECK(testing::within_limits(config, rig.trace()));
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::protocol_test

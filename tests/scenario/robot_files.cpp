@@ -1,8 +1,5 @@
 #include "tests/scenario/robot_files.h"
 
-#include <fmt/format.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -10,6 +7,7 @@
 #include <iterator>
 #include <numeric>
 
+#include "tests/own_folder.h"
 #include "tests/replace_each.h"
 
 namespace tendril::app::testing {
@@ -37,12 +35,10 @@ std::string odrive_yaml(const std::string& robot, const std::string& firmware) {
 }
 
 Config with_odrive(const std::string& robot, const std::string& firmware) {
-  const auto file =
-      std::filesystem::temp_directory_path() / fmt::format("tendril-odrive-{}-{}.yaml", robot, getpid());
+  const tendril::testing::OwnFolder folder;
+  const auto file = folder / (robot + ".yaml");
   std::ofstream(file) << odrive_yaml(robot, firmware);
-  const Config config = load_config(file);
-  std::filesystem::remove(file);
-  return config;
+  return load_config(file);
 }
 
 Config on_efforts(Config config, const std::vector<int>& axes) {

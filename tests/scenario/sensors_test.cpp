@@ -7,8 +7,7 @@
 // What sensors on the bus tell of the simulated robot, and what their loss leads to: all of Tendril in
 // virtual time.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::sensors_test {
 
 using rt::Fault;
 using rt::Phase;
@@ -161,5 +160,4 @@ TEST_CASE("Load cells with noise err by as much as they were told, the camera no
   CHECK(camera.to_body < 1e-5);  // one count
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::sensors_test

@@ -7,8 +7,7 @@
 // Body and drives of the simulated robot on each other: the drives impose displacements, the body pulls back,
 // and each is told of the other once in a time step of the body.
 
-namespace tendril::app {
-namespace {
+namespace tendril::app::servo_test {
 
 using rt::Phase;
 
@@ -103,5 +102,4 @@ TEST_CASE("A cable that is cut no longer drags its drive", "[scenario]") {
   CHECK(rig.displacements().delta_a[0] == Approx(rig.trace().back().command[0]).margin(2e-6));
 }
 
-}  // namespace
-}  // namespace tendril::app
+}  // namespace tendril::app::servo_test

@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
@@ -10,13 +11,18 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "hal/bus.h"
+#include "hal/signal.h"
 #include "tests/hal/vcan0.h"
+#include "tests/own_folder.h"
+#include "tests/patience.h"
 #include "tests/replace_each.h"
 #include "tests/scenario/robot_files.h"
 
@@ -30,32 +36,18 @@ std::string content(const fs::path& file) {
   return text.str();
 }
 
-/// Asks now and then, for four minutes: nothing that is waited for here takes long, but machines stall.
-bool comes_true(const std::function<bool()>& question) {
-  for (int tries = 0; tries < 12000; ++tries) {
-    if (question()) return true;
+using tendril::testing::kPatience_s;
+
+/// Asks now and then, with patience: nothing that is waited for here takes long, but machines stall.
+bool comes_true(const std::function<bool()>& question, double patience_s = kPatience_s) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + std::chrono::duration<double>(patience_s);
+  while (!question()) {
+    if (Clock::now() > deadline) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-  return false;
+  return true;
 }
-
-/// A folder that is gone with the object.
-class Folder {
- public:
-  Folder() {
-    std::string name = fs::temp_directory_path() / "tendril-vcan-run-XXXXXX";
-    REQUIRE(::mkdtemp(name.data()) != nullptr);
-    path_ = name;
-  }
-  ~Folder() { fs::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  fs::path operator/(const char* name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
 
 /// A program that runs beside the test and writes all it says into a file; killed with the object.
 class Program {
@@ -128,45 +120,100 @@ double steps_missed(const std::string& plant_log) {
   return std::stod(plant_log.substr(at + before.size()));
 }
 
-/// Lets plant and daemon run over vcan0 and checks what they leave.
-/// @param yaml  the finger, without a heartbeat timeout
-void check_run(const std::string& yaml) {
-  const Folder folder;
+/// What a camera tells of the tip.
+class Watcher {
+ public:
+  /// @param camera  the identifier of its frames
+  Watcher(const std::string& interface, std::uint32_t camera)
+      : bus_(tendril::hal::open_bus(interface, tendril::hal::BusRole::kJoin, std::array{camera})) {}
+
+  /// Whether it has seen the tip close to the one end of the path, after that close to the other, and for
+  /// some frames more. The path leads 5 mm to either side.
+  bool saw_both_ends() {
+    const tendril::hal::Signal x{.name = "", .length = 16, .type = tendril::hal::SignalType::kSigned};
+    for (tendril::hal::Frame frame; bus_->receive(frame); ++frames_) {
+      x_mm_ = 0.01 * tendril::hal::decode(x, frame).value_or(0);
+      first_ = first_ || x_mm_ > 3.5;
+      if (after_ > 0 || (first_ && x_mm_ < -3.5)) ++after_;
+    }
+    return after_ > 30;
+  }
+
+  /// How far it has come, for people.
+  std::string text() const {
+    return std::to_string(frames_) +
+           " frames of the camera, the last with the tip at x = " + std::to_string(x_mm_) +
+           " mm; the first end was " + (first_ ? "" : "not ") + "seen";
+  }
+
+ private:
+  std::unique_ptr<tendril::hal::Bus> bus_;
+  int frames_ = 0;
+  double x_mm_ = 0;
+  bool first_ = false;
+  int after_ = 0;  // frames from the second end on
+};
+
+/// Lets plant and daemon run over a CAN interface and checks what they leave.
+/// @param yaml    the finger, without a heartbeat timeout
+/// @param camera  the identifier of its frames
+void check_run(const std::string& yaml, std::uint32_t camera) {
+  const tendril::hal::testing::Vcan vcan;
+  const tendril::testing::OwnFolder folder;
   const std::string robot = folder / "finger.yaml", report = folder / "report";
   write_patiently(yaml, robot);
 
-  Program plant({TENDRIL_PLANT, robot, "--bus", "vcan0"}, folder / "plant.log");
+  Program plant({TENDRIL_PLANT, robot, "--bus", vcan.name()}, folder / "plant.log");
   const auto plant_is_ready = [&] {
     return content(folder / "plant.log").find("ready\n") != std::string::npos;
   };
-  REQUIRE(comes_true([&] { return plant_is_ready() || plant.ended(); }));
-  // Python that does not start draws no pictures of the run, which would take longer than it.
-  Program daemon({"/usr/bin/env", "PYTHONHOME=/nonexistent", TENDRIL_DAEMON, robot, "--bus", "vcan0",
-                  "--duration", "2", "--allow-non-rt", "--report", report},
+  const bool ready = comes_true([&] { return plant_is_ready() || plant.ended(); });
+  INFO("the plant: " << content(folder / "plant.log"));
+  REQUIRE(ready);
+  // Python that does not start draws no pictures of the run, which would take longer than it. Below a device
+  // there is no folder on any machine.
+  Program daemon({"/usr/bin/env", "PYTHONHOME=/dev/null/none", TENDRIL_DAEMON, robot, "--bus", vcan.name(),
+                  "--allow-non-rt", "--report", report},
                  folder / "daemon.log");
+  const auto is_running = [&] {
+    return content(folder / "daemon.log").find("phase: run") != std::string::npos;
+  };
+  const bool runs = comes_true([&] { return is_running() || daemon.ended(); });
+  Watcher watcher(vcan.name(), camera);
+  // An emulated machine is given no more time for this: see below.
+  const bool seen = comes_true([&] { return watcher.saw_both_ends() || daemon.ended(); },
+                               kPatience_s / tendril::testing::slowness());
+  if (!daemon.ended()) daemon.terminate();
   const int daemon_code = daemon.exit_code();
   plant.terminate();
   const int plant_code = plant.exit_code();
 
   const std::string plant_log = content(folder / "plant.log"), daemon_log = content(folder / "daemon.log");
   INFO(plant_log << daemon_log);
+  INFO(watcher.text());
+  REQUIRE(runs);
   REQUIRE(plant_code == 0);
   REQUIRE(daemon_log.find("phase: run") != std::string::npos);
   // An emulated machine takes a second for a step: the body then lags far behind its cables, and now and then
   // its drives are silent for longer than the daemon lets them.
   if (steps_missed(plant_log) > 50) {
-    WARN("skipped: the drives were enabled over vcan0, but the machine is too slow to simulate the finger");
+    WARN("skipped: the drives were enabled over CAN, but the machine is too slow to simulate the finger");
     return;
   }
+  CHECK(seen);
   CHECK(daemon_code == 0);
+  CHECK(watcher.saw_both_ends());
   const nlohmann::json summary = nlohmann::json::parse(content(folder / "report/summary.json"));
   INFO(summary.dump(2));
-  CHECK(summary["bus"] == "CAN interface vcan0");
+  CHECK(summary["bus"] == "CAN interface " + vcan.name());
   CHECK(summary["faults"].empty());
-  CHECK(summary["bus_dropped"] == 0);
-  // The path leads 5 mm to either side: a finger that hung still would be off by up to that.
+  // The queue of the controller, which overflows where nobody reads for a third of a second: that is a
+  // stall of the machine.
+  if (summary["wakeup_us"]["max"] < 1e5 && summary["cycle_us"]["max"] < 1e5)
+    CHECK(summary["bus_dropped"] == 0);
+  // How close it keeps to the path in between, where the machine does not stall, path_test.cpp plays in
+  // virtual time.
   CHECK(summary["tracking_error_mm"]["samples"] > 10);
-  CHECK(summary["tracking_error_mm"]["mean"] < 1.5);
 }
 
 }  // namespace
@@ -177,10 +224,10 @@ TEST_CASE("The daemon moves the simulated finger along its path over a SocketCAN
   std::string yaml = content(shipped / "finger.yaml");
   tendril::testing::replace_each(yaml, "file: ", "", "file: " + shipped.string() + "/");
   tendril::testing::replace_each(yaml, "  heartbeat_timeout: ", "\n", "");
-  check_run(yaml);
+  check_run(yaml, 0x1F0);
 }
 
 TEST_CASE("The daemon moves ODrive axes over a SocketCAN interface as it moves CiA 402 drives", "[vcan]") {
   if (tendril::hal::testing::skipped_without_vcan0()) return;
-  check_run(tendril::app::testing::odrive_yaml("finger"));
+  check_run(tendril::app::testing::odrive_yaml("finger"), 0x7F0);
 }

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """What `cmake --install` puts on a machine works there, without the source tree."""
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -8,10 +9,12 @@ import unittest
 from pathlib import Path
 
 CMAKE, BUILD = sys.argv.pop(1), sys.argv.pop(1)
+PATIENCE_S = 60 * float(os.environ.get("TENDRIL_PATIENCE", 1))  # as tests/patience.h has it
 
 
 def run(*words):
-    ended = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
+    words = [str(word) for word in words]
+    ended = subprocess.run(words, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
     if ended.returncode != 0:
         raise AssertionError(f"{words[0]} ended with {ended.returncode}: {ended.stderr}")
     return ended.stdout

@@ -3,8 +3,7 @@
 #include <catch2/catch.hpp>
 #include <stdexcept>
 
-namespace tendril::tools {
-namespace {
+namespace tendril::tools::latency_stages_test {
 
 constexpr std::int64_t kPeriod_ns = 1'000'000;
 
@@ -85,5 +84,4 @@ TEST_CASE("A stage that does not exist is refused by name", "[unit]") {
   CHECK_THROWS_WITH(LatencyStages(kPeriod_ns).stage("sleep"), Catch::Contains("sleep"));
 }
 
-}  // namespace
-}  // namespace tendril::tools
+}  // namespace tendril::tools::latency_stages_test

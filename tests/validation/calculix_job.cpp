@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
-#include <unistd.h>
+#include <stdlib.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -76,8 +76,9 @@ std::vector<Eigen::VectorXd> read_displacements(const CalculixJob& job, const st
 bool calculix_is_here() { return std::system("command -v ccx >/dev/null 2>&1") == 0; }
 
 std::vector<Eigen::VectorXd> CalculixJob::run() const {
-  const auto folder = std::filesystem::temp_directory_path() / fmt::format("tendril-calculix-{}", getpid());
-  std::filesystem::create_directories(folder);
+  std::string name = std::filesystem::temp_directory_path() / "tendril-calculix-XXXXXX";
+  if (!::mkdtemp(name.data())) throw std::runtime_error("cannot make a folder like " + name);
+  const std::filesystem::path folder = name;
   write_input(*this, folder / "job.inp");
   const int status = std::system(fmt::format("cd '{}' && ccx -i job >job.log 2>&1", folder.string()).c_str());
   const auto steps = read_displacements(*this, folder / "job.dat");

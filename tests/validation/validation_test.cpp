@@ -4,8 +4,7 @@
 
 // The validation cases in their short form. tools/validate runs them in full and draws them.
 
-namespace tendril::validation {
-namespace {
+namespace tendril::validation::validation_test {
 
 void hold(void (*run)(Report&, Extent)) {
   Report report;
@@ -30,5 +29,4 @@ TEST_CASE("A cantilever swings at the beam theory's frequency and loses what bac
   hold(vibration);
 }
 
-}  // namespace
-}  // namespace tendril::validation
+}  // namespace tendril::validation::validation_test

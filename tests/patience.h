@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdlib>
+
+namespace tendril::testing {
+
+/// TENDRIL_PATIENCE of the environment, 1 where it says nothing: by how much this machine is slower than an
+/// ordinary one. tools/vcan sets it in an emulated machine. bench.py in tests/peers reads it likewise.
+inline double slowness() {
+  const char* text = std::getenv("TENDRIL_PATIENCE");
+  const double factor = text ? std::atof(text) : 1;
+  return factor > 0 ? factor : 1;
+}
+
+/// How long a test waits for what must come, s: so long that only what hangs misses it, also sanitized and
+/// beside other tests. Nothing is ever judged by how long it took.
+inline const double kPatience_s = 60 * slowness();
+
+}  // namespace tendril::testing
