@@ -7,8 +7,8 @@ inline constexpr int kStrip = 4;  ///< numbers in a strip
 /// Four numbers that are worked on at once; one register on a processor with AVX.
 using Strip = double __attribute__((vector_size(8 * kStrip)));
 
-// The same in memory, wherever doubles may lie.
-using LooseStrip = double __attribute__((vector_size(8 * kStrip), aligned(8), may_alias));
+// The same in memory, wherever doubles may lie. No alias: clang would not take the alignment.
+typedef double LooseStrip __attribute__((vector_size(8 * kStrip), aligned(8), may_alias));
 
 /// All bits of a lane set, or none.
 using Mask = long long __attribute__((vector_size(8 * kStrip)));

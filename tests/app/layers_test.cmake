@@ -21,7 +21,7 @@ function(tendril_layer_test name)
     endif()
     add_test(NAME ${test} COMMAND_EXPAND_LISTS
              COMMAND ${CMAKE_CXX_COMPILER} -std=c++20 -fsyntax-only "-I$<JOIN:${directories},;-I>" ${source})
-    set_tests_properties(${test} PROPERTIES LABELS unit ENVIRONMENT LC_ALL=C)
+    set_tests_properties(${test} PROPERTIES LABELS source ENVIRONMENT LC_ALL=C)
     if(header IN_LIST ARG_MUST_NOT_KNOW)
       string(REPLACE "." "\\." pattern ${header})
       set_tests_properties(${test} PROPERTIES

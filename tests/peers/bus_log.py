@@ -56,7 +56,9 @@ class Watch:
         )
 
     def _take_in(self, message):
-        frame = self._frames[message.arbitration_id]
+        frame = self._frames.get(message.arbitration_id)
+        if frame is None:  # it came before the kernel had our filters
+            return
         signals = self._matrix.frame_by_name(frame).decode(bytes(message.data))
         for (of, name), seen in self._seen.items():
             if of != frame:
