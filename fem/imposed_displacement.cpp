@@ -11,9 +11,9 @@ namespace {
 // Scaled compliances have ones on their diagonal; this is the proximal term, above the noise that solving
 // with K leaves in W and far below what tells two actuators apart.
 constexpr double kProximal = 1e-9;
-constexpr int kRounds = 12;          // of the proximal point method; definite problems take two
-constexpr int kStepsPerEffort = 50;  // of the active set; random problems take at most two
-constexpr double kAccuracy = 1e-10;  // of w, relative to the largest gap
+constexpr int kRounds = 12;           // of the proximal point method; definite problems take two
+constexpr int kStepsPerEffort = 50;   // of the active set; random problems take at most two
+constexpr double kAccuracy = 1e-10;   // of w, relative to the largest gap
 constexpr double kWRounding = 1e-13;  // of w, relative to the largest effort
 
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxEfforts, 1>;

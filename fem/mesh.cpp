@@ -101,7 +101,8 @@ std::vector<SortedFace> sorted_faces(const Mesh& mesh) {
   std::vector<SortedFace> faces;
   for (int t = 0; t < mesh.tet_count(); ++t)
     for (const auto& corners : kFaces) {
-      SortedFace face{{mesh.tets[t][corners[0]], mesh.tets[t][corners[1]], mesh.tets[t][corners[2]]}, true, t};
+      SortedFace face{
+          {mesh.tets[t][corners[0]], mesh.tets[t][corners[1]], mesh.tets[t][corners[2]]}, true, t};
       for (const auto& [i, j] : {std::pair(0, 1), std::pair(1, 2), std::pair(0, 1)})
         if (face.nodes[i] > face.nodes[j]) {
           std::swap(face.nodes[i], face.nodes[j]);
@@ -109,8 +110,9 @@ std::vector<SortedFace> sorted_faces(const Mesh& mesh) {
         }
       faces.push_back(face);
     }
-  std::sort(faces.begin(), faces.end(),
-            [](const SortedFace& a, const SortedFace& b) { return std::tie(a.nodes, a.tet) < std::tie(b.nodes, b.tet); });
+  std::sort(faces.begin(), faces.end(), [](const SortedFace& a, const SortedFace& b) {
+    return std::tie(a.nodes, a.tet) < std::tie(b.nodes, b.tet);
+  });
   return faces;
 }
 

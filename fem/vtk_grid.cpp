@@ -16,7 +16,7 @@ namespace {
 constexpr std::int64_t kVtkTet = 10;
 const std::set<std::int64_t> kCurvedTets = {24, 71, 78};
 const std::set<std::int64_t> kVtkFlatTypes = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  21, 22,
-                                           23, 28, 30, 34, 35, 36, 68, 69, 70, 75, 76, 77};
+                                              23, 28, 30, 34, 35, 36, 68, 69, 70, 75, 76, 77};
 // An array with more values than this numbers the cells and does not sort them.
 constexpr size_t kMostLabels = 64;
 

@@ -30,7 +30,8 @@ std::string object_text(uint32_t object) {
 
 }  // namespace
 
-Cia402Master::Cia402Master(MasterConfig config) : config_(checked_canopen(std::move(config))), supervisor_(config_) {
+Cia402Master::Cia402Master(MasterConfig config)
+    : config_(checked_canopen(std::move(config))), supervisor_(config_) {
   axes_.reserve(config_.axes.size());
   for (const AxisConfig& axis : config_.axes) axes_.emplace_back(axis, config_);
 }

@@ -154,9 +154,10 @@ std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& con
             static_cast<uint32_t>(config.canopen.master_node) << 16 | to_ms(config.heartbeat_timeout_ns)),
       write(0x1017, 0, 2, to_ms(config.heartbeat_ns))};
   const uint32_t target = axis.set_point == SetPoint::kEffort ? kMapTargetTorque : kMapTargetPosition;
-  for (const SyncedPdo& pdo : {SyncedPdo{0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), kMapControlword, target},
-                         SyncedPdo{0x1800 + number, 0x1A00 + number, kNoRemoteRequest | tpdo_cob_id(axis),
-                             kMapStatusword, kMapActualPosition}})
+  for (const SyncedPdo& pdo :
+       {SyncedPdo{0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), kMapControlword, target},
+        SyncedPdo{0x1800 + number, 0x1A00 + number, kNoRemoteRequest | tpdo_cob_id(axis), kMapStatusword,
+                  kMapActualPosition}})
     axis.canopen.mapping == Mapping::kConfigure ? append_writes(steps, pdo) : append_checks(steps, pdo);
   append_mode(steps, following_mode(axis));
   append_period(steps, nearest_interpolation_period(config.period_ns));

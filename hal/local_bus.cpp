@@ -231,7 +231,7 @@ sockaddr_un address_of(const std::string& path) {
   sockaddr_un address{};
   if (path.empty() || path.size() >= sizeof address.sun_path)
     refuse_local("the path of a local bus must have 1.." + std::to_string(sizeof address.sun_path - 1) +
-           " characters; 'local:" + path + "' has not");
+                 " characters; 'local:" + path + "' has not");
   address.sun_family = AF_UNIX;
   path.copy(address.sun_path, path.size());
   return address;
@@ -256,7 +256,8 @@ void clear_stale(const std::string& path, const sockaddr_un& address) {
   if (!S_ISSOCK(status.st_mode)) refuse_local("'" + path + "' exists and is no socket; choose another path");
   const int error = try_connect(open_socket(), address);
   if (error != ECONNREFUSED)
-    refuse_local("a local bus at '" + path + "' has a host already; stop that program or choose another path");
+    refuse_local("a local bus at '" + path +
+                 "' has a host already; stop that program or choose another path");
   ::unlink(path.c_str());
 }
 
@@ -268,7 +269,8 @@ std::unique_ptr<Bus> host_local_bus(const std::string& path) {
   Descriptor listener = open_socket();
   const auto* generic = reinterpret_cast<const sockaddr*>(&address);
   if (::bind(listener.get(), generic, sizeof address) != 0 || ::listen(listener.get(), kMaxJoiners) != 0)
-    refuse_local("cannot listen at '" + path + "': " + reason(errno) + "; the folder must exist and be writable");
+    refuse_local("cannot listen at '" + path + "': " + reason(errno) +
+                 "; the folder must exist and be writable");
   Descriptor poller(::epoll_create1(EPOLL_CLOEXEC));
   epoll_event event{};
   event.events = EPOLLIN;
@@ -290,7 +292,7 @@ std::unique_ptr<Bus> join_local_bus(const std::string& path, int64_t wait_ns) {
     std::this_thread::sleep_for(kRetry);
   }
   refuse_local("nobody has hosted a local bus at '" + path + "' for " + std::to_string(wait_ns / 1'000'000) +
-         " ms; start the plant first (tendril-plant), or check the path");
+               " ms; start the plant first (tendril-plant), or check the path");
 }
 
 }  // namespace tendril::hal

@@ -62,7 +62,8 @@ std::vector<PeriodicFrames> odrive_frames(const MasterConfig& config) {
           {.length = 8, .rate_hz = rate_hz(config.heartbeat_ns), .count = axes}};
 }
 
-OdriveMaster::OdriveMaster(MasterConfig config) : config_(checked_odrive(std::move(config))), supervisor_(config_) {
+OdriveMaster::OdriveMaster(MasterConfig config)
+    : config_(checked_odrive(std::move(config))), supervisor_(config_) {
   axes_.reserve(config_.axes.size());
   for (const AxisConfig& axis : config_.axes) axes_.emplace_back(axis, config_);
 }

@@ -3,9 +3,7 @@
 #include <algorithm>
 
 namespace tendril::hal {
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 void SdoUpload::start(ObjectAddress object) noexcept {
   object_ = object;

@@ -12,7 +12,8 @@ namespace {
 
 void check_frame(const SensorConfig& sensor) {
   if (sensor.id > (sensor.extended ? 0x1FFF'FFFFu : 0x7FFu))
-    refuse_sensor(sensor, sensor.extended ? "the identifier must fit 29 bits" : "the identifier must fit 11 bits");
+    refuse_sensor(sensor,
+                  sensor.extended ? "the identifier must fit 29 bits" : "the identifier must fit 11 bits");
   if (sensor.length < 1 || sensor.length > 8) refuse_sensor(sensor, "the length must be within 1..8 bytes");
   if (!(sensor.rate_hz > 0)) refuse_sensor(sensor, "the rate must be positive");
   if (sensor.timeout_ns <= 0) refuse_sensor(sensor, "the timeout must be positive");
@@ -27,7 +28,8 @@ void check_signals(const SensorConfig& sensor) {
   for (const Signal& signal : signals) {
     check(signal);
     const std::string who = "signal '" + signal.name + "' ";
-    if (bytes_needed(signal) > sensor.length) refuse_sensor(sensor, who + "reaches beyond the frame's length");
+    if (bytes_needed(signal) > sensor.length)
+      refuse_sensor(sensor, who + "reaches beyond the frame's length");
     if (!names.insert(signal.name).second) refuse_sensor(sensor, who + "is there twice");
     if ((taken & bits_of(signal)) != 0) refuse_sensor(sensor, who + "overlaps with another");
     taken |= bits_of(signal);

@@ -179,10 +179,11 @@ Descriptor open_socket(const std::string& interface) {
   Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
   if (socket.get() < 0) {
     if (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT)
-      refuse_socketcan("cannot open '" + interface +
-             "': this kernel has no CAN support; load it with `modprobe can-raw`, or use local:PATH");
+      refuse_socketcan(
+          "cannot open '" + interface +
+          "': this kernel has no CAN support; load it with `modprobe can-raw`, or use local:PATH");
     refuse_socketcan("cannot open a CAN socket for '" + interface + "': " + reason() +
-           "; run as a user who may, or grant CAP_NET_RAW");
+                     "; run as a user who may, or grant CAP_NET_RAW");
   }
   const can_err_mask_t errors = CAN_ERR_CRTL | CAN_ERR_BUSOFF | CAN_ERR_RESTARTED;
   const int on = 1;
@@ -206,7 +207,7 @@ void filter(const Descriptor& socket, const std::string& interface, std::span<co
   const auto size = static_cast<socklen_t>(filters.size() * sizeof(can_filter));
   if (::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), size) != 0)
     refuse_socketcan("cannot listen to " + std::to_string(wanted.size()) + " identifiers on '" + interface +
-           "': " + reason() + "; the kernel takes up to " + std::to_string(CAN_RAW_FILTER_MAX));
+                     "': " + reason() + "; the kernel takes up to " + std::to_string(CAN_RAW_FILTER_MAX));
 }
 
 void require_up(const Descriptor& socket, const std::string& interface) {
@@ -215,8 +216,8 @@ void require_up(const Descriptor& socket, const std::string& interface) {
   if (::ioctl(socket.get(), SIOCGIFFLAGS, &request) != 0)
     refuse_socketcan("cannot ask for the state of '" + interface + "': " + reason());
   if (!(request.ifr_flags & IFF_UP))
-    refuse_socketcan("CAN interface '" + interface + "' is down; bring it up, e.g. `ip link set " + interface +
-           " up type can bitrate 1000000 restart-ms 100`");
+    refuse_socketcan("CAN interface '" + interface + "' is down; bring it up, e.g. `ip link set " +
+                     interface + " up type can bitrate 1000000 restart-ms 100`");
   bool carrier = true;  // where nobody says so, as without /sys, it is
   std::ifstream("/sys/class/net/" + interface + "/carrier") >> carrier;
   if (!carrier)
@@ -232,7 +233,7 @@ std::unique_ptr<Bus> open_socketcan(const std::string& interface, std::span<cons
   const unsigned index = interface.size() < IFNAMSIZ ? ::if_nametoindex(interface.c_str()) : 0;
   if (index == 0)
     refuse_socketcan("there is no CAN interface '" + interface +
-           "'; `ip link` lists them; use local:PATH where the kernel has no CAN");
+                     "'; `ip link` lists them; use local:PATH where the kernel has no CAN");
   Descriptor socket = open_socket(interface);
   filter(socket, interface, wanted);
   sockaddr_can address{};
