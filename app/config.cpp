@@ -20,6 +20,7 @@ constexpr double kFastestRate = 20e3;  // Hz; no CAN bus carries a cycle in less
 constexpr Range kLoopRate = {.above = 0, .at_most = kFastestRate};
 constexpr Range kCpu = {.at_least = -1, .at_most = 1023};
 constexpr Range kHeartbeat = {.at_least = 1e-3, .at_most = 65.535};  // u16 in ms, CiA 301 objects 1016, 1017
+constexpr Range kStartTimeout = {.at_least = 1e-3, .at_most = 600};
 constexpr Range kSdoTimeout = {.at_least = 1e-3, .at_most = 60};
 constexpr Range kEncoderPeriod = {.at_least = 1e-3, .at_most = 1};
 constexpr std::size_t kLongestInterface = 15;    // IFNAMSIZ less the final 0
@@ -72,6 +73,8 @@ void read_bus(Reader& r, BusConfig& bus) {
     bus.heartbeat_timeout = 0.25;
   }
   r.may("master_node", bus.master_node, only_with(hal::Protocol::kCanopen, bus.protocol, kCanopenNode));
+  r.may("boot_timeout", bus.boot_timeout, Dimension::kTime, kStartTimeout);
+  r.may("enable_timeout", bus.enable_timeout, Dimension::kTime, kStartTimeout);
   r.may("sdo_timeout", bus.sdo_timeout,
         only_with(hal::Protocol::kCanopen, bus.protocol, Dimension::kTime, kSdoTimeout));
   r.may("firmware", bus.firmware,

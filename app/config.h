@@ -171,6 +171,8 @@ struct BusConfig {
   double heartbeat = 0.05;          // s between heartbeats; with CANopen both ways
   double heartbeat_timeout = 0.15;  // s
   double feedback_timeout = 0.05;   // s without positions
+  double boot_timeout = 1;          // s until a drive shows that it works, without power
+  double enable_timeout = 3;        // s from the wish to follow commands to the drive that does
   double sdo_timeout = 0.1;         // s of each of the attempts to reach a CANopen drive over SDO
   int line = 0;
 };

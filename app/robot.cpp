@@ -221,6 +221,8 @@ hal::MasterConfig master_config(const Config& config) {
   result.period_ns = nanoseconds(1 / config.control.rate_hz);
   result.protocol = config.bus.protocol;
   result.canopen.master_node = config.bus.master_node;
+  result.start_timeout_ns = result.canopen.boot_timeout_ns = nanoseconds(config.bus.boot_timeout);
+  result.enable_timeout_ns = nanoseconds(config.bus.enable_timeout);
   result.canopen.sdo_timeout_ns = nanoseconds(config.bus.sdo_timeout);
   result.odrive.firmware = config.bus.firmware;
   result.odrive.encoder_period_ns = nanoseconds(config.bus.encoder_period);

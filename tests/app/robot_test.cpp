@@ -127,7 +127,8 @@ TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]"
   const Config config =
       finger_config({{"node: 2, counts_per_turn: 65536, pulley_radius: 5 mm",
                       "node: 9, counts_per_turn: 4096, pulley_radius: 8 mm, reversed: true"},
-                     {"heartbeat: 50 ms", "heartbeat: 40 ms\n  sdo_timeout: 0.3 s"},
+                     {"heartbeat: 50 ms",
+                      "heartbeat: 40 ms\n  sdo_timeout: 0.3 s\n  boot_timeout: 5 s\n  enable_timeout: 20 s"},
                      {"rate: 100 Hz", "rate: 80 Hz"}});
   const hal::MasterConfig m = master_config(config);
   REQUIRE(m.axes.size() == 2);
@@ -139,6 +140,9 @@ TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]"
   CHECK(m.period_ns == 1'666'667);
   CHECK(m.canopen.master_node == 127);
   CHECK(m.canopen.sdo_timeout_ns == 300'000'000);
+  CHECK(m.canopen.boot_timeout_ns == 5'000'000'000);
+  CHECK(m.start_timeout_ns == 5'000'000'000);
+  CHECK(m.enable_timeout_ns == 20'000'000'000);
   CHECK(m.heartbeat_ns == 40'000'000);
   CHECK(m.heartbeat_timeout_ns == 150'000'000);
   CHECK(m.feedback_timeout_ns == 50'000'000);
