@@ -86,7 +86,7 @@ TEST_CASE("The finger on efforts follows its line, within what inertia and frict
   CHECK(testing::largest(errors) < 0.3);
 }
 
-TEST_CASE("The diamond holds its tip with four tensions", "[scenario]") {
+TEST_CASE("The diamond holds its tip with four tensions", "[figures]") {
   const Run run(to_a_waypoint(like_the_model(testing::on_efforts(testing::diamond(), {0, 1, 2, 3}))), 6, 30);
   CHECK(run.last_error_mm() < 2 * kHeld_mm);
   for (int a = 0; a < 4; ++a) run.check_effort(a);

@@ -25,7 +25,7 @@ double mean_error_mm(const Config& config, double seconds, double model_rate_hz)
   return testing::mean(testing::tracking_errors_mm(config, rig));
 }
 
-TEST_CASE("The diamond follows its square with ODrive axes as with CiA 402 drives", "[scenario]") {
+TEST_CASE("The diamond follows its square with ODrive axes as with CiA 402 drives", "[figures]") {
   const double cia402 = mean_error_mm(testing::diamond(), 3.5, 30);
   const double odrive = mean_error_mm(testing::with_odrive("diamond"), 3.5, 30);
   CAPTURE(cia402, odrive);

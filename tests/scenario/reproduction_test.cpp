@@ -31,7 +31,7 @@ std::vector<double> changes(const Loops& loops) {
   return largest;
 }
 
-TEST_CASE("With two loops the error is smaller and the commands are smoother than with one", "[scenario]") {
+TEST_CASE("With two loops the error is smaller and the commands are smoother than with one", "[figures]") {
   const app::Config config = app::testing::diamond();
   const double jitter = GENERATE(0.0, 0.5);
   const PathRun one = run_path(config, config.motion->speed, 0.5, {15, true, jitter});
@@ -41,7 +41,7 @@ TEST_CASE("With two loops the error is smaller and the commands are smoother tha
   CHECK(one.roughness() > kRoughnessRatio * two.roughness());
 }
 
-TEST_CASE("The command of the one loop stands still between its steps", "[scenario]") {
+TEST_CASE("The command of the one loop stands still between its steps", "[figures]") {
   const app::Config config = app::testing::diamond();
   const PathRun run = run_path(config, config.motion->speed, 0.25, {15, true});
   std::size_t moved = 0;
@@ -95,8 +95,7 @@ TEST_CASE("Periods of the model that jitter stay within their share, and are the
   CHECK(found != stamps(2));
 }
 
-TEST_CASE("The QP's matrix changes the more from snapshot to snapshot the faster the tip goes",
-          "[scenario]") {
+TEST_CASE("The QP's matrix changes the more from snapshot to snapshot the faster the tip goes", "[figures]") {
   const auto tangent = GENERATE(fem::Tangent{kPapers}, fem::Tangent::kExact);
   const std::vector<double> found = changes({15, true, 0, tangent});
   CAPTURE(found);
@@ -105,7 +104,7 @@ TEST_CASE("The QP's matrix changes the more from snapshot to snapshot the faster
 }
 
 TEST_CASE("The speed at which the QP's matrix changes by 10 % grows in proportion to the model's rate",
-          "[scenario]") {
+          "[figures]") {
   const auto tangent = GENERATE(fem::Tangent{kPapers}, fem::Tangent::kExact);
   double first = 0;
   for (const double rate : {15.0, 30.0, 60.0}) {
@@ -119,7 +118,7 @@ TEST_CASE("The speed at which the QP's matrix changes by 10 % grows in proportio
 }
 
 TEST_CASE("A tip that is fast for the model's rate strays with the exact tangent, less with the semidefinite",
-          "[scenario]") {
+          "[figures]") {
   const app::Config config = app::testing::diamond();
   const double exact = run_path(config, 0.06, 1, {15, false}).errors().mean;
   const double semidefinite = run_path(config, 0.06, 1, {15, false, 0, kPapers}).errors().mean;

@@ -108,7 +108,8 @@ void write_patiently(std::string yaml, const fs::path& file) {
   replace("target_age_limit: 500 ms", "target_age_limit: 30 s");
   replace("late_cycles_limit: 20", "late_cycles_limit: 20000");
   replace("  bitrate: 1 Mbit/s\n",
-          "  bitrate: 1 Mbit/s\n  heartbeat_timeout: 30 s\n  feedback_timeout: 30 s\n");
+          "  bitrate: 1 Mbit/s\n  heartbeat_timeout: 30 s\n  feedback_timeout: 30 s\n"
+          "  boot_timeout: 10 s\n  enable_timeout: 60 s\n");
   std::ofstream(file) << yaml;
 }
 

@@ -18,7 +18,7 @@
 namespace tendril::validation {
 namespace {
 
-constexpr int kSteps = 5;  // each load is twice the one before
+constexpr int kLoadSteps = 5;  // each load is twice the one before
 
 /// Largest difference of a node, % of the largest displacement.
 struct Limits {
@@ -63,8 +63,8 @@ Comparison under_loads(const std::string& what, const fem::Mesh& mesh, const std
   std::vector<Eigen::VectorXd> ours;
   Eigen::VectorXd x = model.rest();
   double reached = 0;
-  for (int k = 1; k <= kSteps; ++k) {
-    const double share = std::ldexp(1, k - kSteps);
+  for (int k = 1; k <= kLoadSteps; ++k) {
+    const double share = std::ldexp(1, k - kLoadSteps);
     std::vector<NodalLoad> more = full;
     for (NodalLoad& load : more) load.force *= share - reached;
     x = settle(model, x, more, 4);
@@ -88,8 +88,8 @@ Comparison diamond(const std::string& what, const fem::Material& material) {
   CalculixJob job{resting, material, {}};
   std::vector<Eigen::VectorXd> ours;
   Eigen::VectorXd x = resting.rest();
-  for (int k = 1; k <= kSteps; ++k) {
-    const double share = std::ldexp(1, k - kSteps);
+  for (int k = 1; k <= kLoadSteps; ++k) {
+    const double share = std::ldexp(1, k - kLoadSteps);
     const fem::Model model = model_under(9.81 * share);
     const auto knee = [&](double east, double north) {
       return fem::attach(model.mesh(), {east, north, 0.045}, 1e-3);
@@ -121,8 +121,8 @@ void report_comparison(Report& report, const Comparison& found, fem::Law law, co
   report.note(found.what + ": median difference, of the largest displacement", 100 * median / size, "%");
   report.at_most(found.what + ": largest difference, of the largest displacement", found.share.back(), "%",
                  law == fem::Law::kCorotational ? limits.corotational : limits.neo_hookean);
-  report.note(fmt::format("{}: the same at 1/{} of the load", found.what, 1 << (kSteps - 1)), found.share[0],
-              "%");
+  report.note(fmt::format("{}: the same at 1/{} of the load", found.what, 1 << (kLoadSteps - 1)),
+              found.share[0], "%");
   report.at_most(found.what + ": the same extrapolated to no load",
                  std::abs(2 * found.share[0] - found.share[1]), "%", limits.no_load);
 }

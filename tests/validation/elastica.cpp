@@ -18,12 +18,12 @@ constexpr double kTableError = 1e-5;        // of the length: the elastica below
 constexpr double kExtrapolated = 0.5;       // % of the length
 constexpr double kShortExtrapolated = 2.5;  // % of the length, from coarser meshes
 
-constexpr double kLength = 0.2, kHeight = 0.01;  // m
-constexpr double kYoung = 1e6;                   // Pa
+constexpr double kElasticaLength = 0.2, kElasticaHeight = 0.01;  // m
+constexpr double kElasticaYoung = 1e6;                           // Pa
 
 Beam beam_of(int cells_high) {
-  const int along = static_cast<int>(std::lround(kLength / kHeight)) * cells_high;
-  return {kLength, kHeight, kHeight, along, cells_high, 2};
+  const int along = static_cast<int>(std::lround(kElasticaLength / kElasticaHeight)) * cells_high;
+  return {kElasticaLength, kElasticaHeight, kElasticaHeight, along, cells_high, 2};
 }
 
 /// The bent line, points along it in shares of the length; z is down, along the load.
@@ -34,8 +34,8 @@ struct Elastica {
 /// θ'' = −α cos θ along the unit length, θ(0) = 0 and θ'(1) = 0, with α = P L²/(E I); found by shooting with
 /// the curvature at the clamp. θ'(1) grows with it.
 Elastica solve_elastica(double alpha) {
-  constexpr int kSteps = 2000;
-  constexpr double h = 1.0 / kSteps;
+  constexpr int kArcSteps = 2000;
+  constexpr double h = 1.0 / kArcSteps;
   using State = std::array<double, 4>;  // θ, θ', x, z
   const auto slope = [&](const State& s) {
     return State{s[1], -alpha * std::cos(s[0]), std::cos(s[0]), std::sin(s[0])};
@@ -45,9 +45,9 @@ Elastica solve_elastica(double alpha) {
   };
   const auto shoot = [&](double curvature, Elastica* line) {
     State s{0, curvature, 0, 0};
-    for (int i = 0; i <= kSteps; ++i) {
+    for (int i = 0; i <= kArcSteps; ++i) {
       if (line) line->x.push_back(s[2]), line->z.push_back(s[3]);
-      if (i == kSteps) break;
+      if (i == kArcSteps) break;
       const State a = slope(s), b = slope(at(s, h / 2, a)), c = slope(at(s, h / 2, b)),
                   d = slope(at(s, h, c));
       for (int k = 0; k < 4; ++k) s[k] += h / 6 * (a[k] + 2 * b[k] + 2 * c[k] + d[k]);
@@ -88,7 +88,7 @@ std::vector<Elastica> bend(const fem::Material& material, const Beam& beam,
                            const std::vector<double>& alphas) {
   const fem::Mesh mesh = beam.mesh();
   fem::Model model(mesh, material, fem::Mass{1}, mesh.regions.at("base"), Eigen::Vector3d::Zero());
-  const double unit = kYoung * beam.second_moment() / (kLength * kLength);  // N
+  const double unit = kElasticaYoung * beam.second_moment() / (kElasticaLength * kElasticaLength);  // N
   std::vector<Elastica> lines;
   Eigen::VectorXd x = model.rest();
   double reached = 0;
@@ -100,8 +100,8 @@ std::vector<Elastica> bend(const fem::Material& material, const Beam& beam,
     for (int i = 0; i <= beam.cells_along; ++i) {
       const int node = beam.node(i, beam.cells_wide / 2, beam.cells_high / 2);
       const Eigen::Vector3d p = mesh.nodes.col(node) + displacement(model, x, node);
-      lines.back().x.push_back(p.x() / kLength);
-      lines.back().z.push_back((kHeight / 2 - p.z()) / kLength);
+      lines.back().x.push_back(p.x() / kElasticaLength);
+      lines.back().z.push_back((kElasticaHeight / 2 - p.z()) / kElasticaLength);
     }
   }
   return lines;
@@ -124,7 +124,7 @@ void elastica(Report& report, Extent extent) {
     const Elastica theory = solve_elastica(alpha);
     report.series(fmt::format("elastica, PL²/EI = {}", alpha), Style::kLine, theory.x, downward(theory.z));
   }
-  for (const auto& [name, material] : laws(kYoung, 0)) {
+  for (const auto& [name, material] : laws(kElasticaYoung, 0)) {
     const auto rough = bend(material, coarse, alphas), good = bend(material, fine, alphas);
     for (size_t k = 0; k < alphas.size(); ++k) {
       const Elastica theory = solve_elastica(alphas[k]);

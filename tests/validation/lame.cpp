@@ -8,10 +8,10 @@
 namespace tendril::validation {
 namespace {
 
-constexpr ConvergenceLimits kShort{1.7, 2.2, 12, 4}, kFull{1.8, 2.2, 3, 1};
+constexpr ConvergenceLimits kLameShort{1.7, 2.2, 12, 4}, kLameFull{1.8, 2.2, 3, 1};
 constexpr ConvergenceLimits kShortGrowth{1.7, 2.2, 20, 4}, kFullGrowth{1.8, 2.2, 5, 1};
 
-constexpr double kYoung = 100e3, kPoisson = 0.3;
+constexpr double kLameYoung = 100e3, kPoisson = 0.3;
 
 }  // namespace
 
@@ -21,7 +21,7 @@ void lame(Report& report, Extent extent) {
   report.picture({"A hollow sphere's stiffness: error", "thickness of a layer, mm", "error, %", true});
   Inflation last;
   Convergence inside, growth;
-  for (const auto& [name, material] : laws(kYoung, kPoisson)) {
+  for (const auto& [name, material] : laws(kLameYoung, kPoisson)) {
     inside = growth = {};
     for (int n = 2; n <= finest; n *= 2) {
       const PressedSphere sphere{material, n};
@@ -30,14 +30,14 @@ void lame(Report& report, Extent extent) {
       growth.add(1e3 * sphere.cell(), 100 * (sphere.theory_of_growth() / last.growth - 1));
     }
     report_convergence(report, name + ": error of pressure over displacement inside", inside,
-                       full ? kFull : kShort);
+                       full ? kLameFull : kLameShort);
     report_convergence(report, name + ": error of pressure over growth of the cavity", growth,
                        full ? kFullGrowth : kShortGrowth);
   }
   draw_second_order(report, growth);
 
   report.picture({"Displacement through the wall", "radius, mm", "displacement, nm"});
-  const PressedSphere sphere{laws(kYoung, kPoisson)[0].material, finest};
+  const PressedSphere sphere{laws(kLameYoung, kPoisson)[0].material, finest};
   std::vector<double> r, u, radii = sphere.radii();
   for (int k = 0; k <= 100; ++k) {
     const double at = sphere.kInner + (sphere.kOuter - sphere.kInner) * k / 100;

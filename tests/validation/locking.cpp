@@ -12,15 +12,15 @@
 namespace tendril::validation {
 namespace {
 
-struct Limits {
+struct LockingLimits {
   double patches;  ///< error of the stiffness with patches on the finest mesh, %
   double gain;     ///< least factor by which the elements' error is larger
 };
-constexpr Limits kShortSphere{10, 4}, kFullSphere{3, 6};
-constexpr Limits kShortBeam{30, 5}, kFullBeam{15, 5};
+constexpr LockingLimits kShortSphere{10, 4}, kFullSphere{3, 6};
+constexpr LockingLimits kShortBeam{30, 5}, kFullBeam{15, 5};
 
-constexpr double kYoung = 100e3, kPoisson = 0.49;
-constexpr double kLength = 0.1, kHeight = 0.01;  // m
+constexpr double kLockingYoung = 100e3, kLockingPoisson = 0.49;
+constexpr double kLockingLength = 0.1, kLockingHeight = 0.01;  // m
 
 double sphere_error(const fem::Material& material, int n) {
   const PressedSphere sphere{material, n};
@@ -28,12 +28,12 @@ double sphere_error(const fem::Material& material, int n) {
 }
 
 double beam_error(const fem::Material& material, int n) {
-  const Beam beam{kLength, kHeight, kHeight, 10 * n, n, n};
+  const Beam beam{kLockingLength, kLockingHeight, kLockingHeight, 10 * n, n, n};
   return 100 * (end_stiffness(beam, material) / timoshenko_stiffness(beam, material) - 1);
 }
 
 void compare(Report& report, const std::string& law, fem::Material material, const std::vector<int>& levels,
-             double (*error)(const fem::Material&, int), double size, const Limits& limits) {
+             double (*error)(const fem::Material&, int), double size, const LockingLimits& limits) {
   std::vector<double> sizes, elements, patches;
   for (int n : levels) {
     sizes.push_back(1e3 * size / n);
@@ -58,12 +58,12 @@ void locking(Report& report, Extent extent) {
   const auto beam_levels = full ? std::vector{2, 4, 6} : std::vector{2, 4};
   report.picture(
       {"Hollow sphere, ν = 0.49: error of the stiffness", "thickness of a layer, mm", "error, %", true});
-  for (const auto& [name, material] : laws(kYoung, kPoisson))
+  for (const auto& [name, material] : laws(kLockingYoung, kLockingPoisson))
     compare(report, "hollow sphere, " + name, material, sphere_levels, sphere_error,
             PressedSphere::kOuter - PressedSphere::kInner, full ? kFullSphere : kShortSphere);
   report.picture({"Cantilever, ν = 0.49: error of the stiffness", "edge of a cell, mm", "error, %", true});
-  for (const auto& [name, material] : laws(kYoung, kPoisson))
-    compare(report, "cantilever, " + name, material, beam_levels, beam_error, kHeight,
+  for (const auto& [name, material] : laws(kLockingYoung, kLockingPoisson))
+    compare(report, "cantilever, " + name, material, beam_levels, beam_error, kLockingHeight,
             full ? kFullBeam : kShortBeam);
 }
 

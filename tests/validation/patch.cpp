@@ -23,7 +23,7 @@ constexpr double kZeroEigenvalue = 1e-10;  // of the largest
 constexpr double kRigidForce = 1e-11;      // of E times the squared cell
 constexpr double kTangentError = 1e-6;     // of the tangent's answer
 
-constexpr double kYoung = 150e3, kPoisson = 0.45, kCell = 0.01;
+constexpr double kPatchYoung = 150e3, kPatchPoisson = 0.45, kCell = 0.01;
 constexpr int kAlong = 5, kAcross = 3;
 constexpr unsigned kSeed = 7;
 
@@ -138,7 +138,7 @@ void rigid_turn(Report& report, const NamedMaterial& law) {
       if (!reached[i]) worst = std::max(worst, f.segment<3>(3 * i).norm());
   }
   report.at_most(law.name + ": force of a rigid turn by 30° to 180°, of E times the squared cell",
-                 worst / (kYoung * kCell * kCell), "", kRigidForce);
+                 worst / (kPatchYoung * kCell * kCell), "", kRigidForce);
 }
 
 /// K v is the change of the forces along v, and u·K v = v·K u, at a strained pose.
@@ -168,8 +168,8 @@ void tangent(Report& report, const NamedMaterial& law) {
 }  // namespace
 
 void patch(Report& report, Extent) {
-  std::vector<NamedMaterial> all = laws(kYoung, kPoisson);
-  for (NamedMaterial law : laws(kYoung, kPoisson)) {
+  std::vector<NamedMaterial> all = laws(kPatchYoung, kPatchPoisson);
+  for (NamedMaterial law : laws(kPatchYoung, kPatchPoisson)) {
     law.name += " with patches";
     law.material.dilatation = fem::Dilatation::kPatch;
     all.push_back(law);

@@ -21,25 +21,26 @@
 namespace tendril::validation {
 namespace {
 
-constexpr ConvergenceLimits kShort{1.7, 2.2, 100, 20}, kFull{1.8, 2.2, 12, 1};  // of ω², a stiffness
+constexpr ConvergenceLimits kVibrationShort{1.7, 2.2, 100, 20},
+    kVibrationFull{1.8, 2.2, 12, 1};                             // of ω², a stiffness
 constexpr double kSwingError = 0.01;                             // %, of frequency and of decay
 constexpr double kDecayOrderLow = 0.95, kDecayOrderHigh = 1.05;  // in the step
 constexpr double kEnergyGain = 1e-9;                             // of the energy at the start, in any step
 constexpr double kStaticError = 1e-6;                            // of the deflection
 
-constexpr double kLength = 0.1, kHeight = 0.01,
-                 kWidth = 0.02;                  // m; wider than high, so that one mode is the lowest
-constexpr double kYoung = 1e6, kDensity = 1000;  // Pa, kg/m³
-constexpr double kAmplitude = 1e-4;              // m
+constexpr double kVibrationLength = 0.1, kVibrationHeight = 0.01,
+                 kWidth = 0.02;  // m; wider than high, so that one mode is the lowest
+constexpr double kVibrationYoung = 1e6, kDensity = 1000;  // Pa, kg/m³
+constexpr double kAmplitude = 1e-4;                       // m
 constexpr double kPi = std::numbers::pi;
 
-Beam beam_of(int cells_high) {
-  return {kLength, kHeight, kWidth, 10 * cells_high, cells_high, 2 * cells_high};
+Beam vibration_beam_of(int cells_high) {
+  return {kVibrationLength, kVibrationHeight, kWidth, 10 * cells_high, cells_high, 2 * cells_high};
 }
 
 fem::Model model_of(const Beam& beam, double gravity = 0) {
-  const double mass = kDensity * beam.area() * kLength;
-  return {beam.mesh(), {kYoung, 0}, fem::Mass{mass}, beam.clamped(), {0, 0, -gravity}};
+  const double mass = kDensity * beam.area() * kVibrationLength;
+  return {beam.mesh(), {kVibrationYoung, 0}, fem::Mass{mass}, beam.clamped(), {0, 0, -gravity}};
 }
 
 /// First bending frequency, rad/s: Euler and Bernoulli's, ω_b = 1.8751² √(EI/ρA)/L², lowered by shear as
@@ -47,10 +48,10 @@ fem::Model model_of(const Beam& beam, double gravity = 0) {
 /// sections' rotary inertia as Rayleigh's quotient has it: ∫ρA φ² grows by ∫ρI φ'², 4.65 I/(A L²) times
 /// itself for this mode φ.
 double theory(const Beam& beam) {
-  const double bending = std::pow(1.8751040687, 2) / (kLength * kLength) *
-                         std::sqrt(kYoung * beam.second_moment() / (kDensity * beam.area()));
-  const double shear = kPi / 2 / kLength * std::sqrt(5.0 / 6 * kYoung / 2 / kDensity);
-  const double rotary = 1 + 4.65 * beam.second_moment() / (beam.area() * kLength * kLength);
+  const double bending = std::pow(1.8751040687, 2) / (kVibrationLength * kVibrationLength) *
+                         std::sqrt(kVibrationYoung * beam.second_moment() / (kDensity * beam.area()));
+  const double shear = kPi / 2 / kVibrationLength * std::sqrt(5.0 / 6 * kVibrationYoung / 2 / kDensity);
+  const double rotary = 1 + 4.65 * beam.second_moment() / (beam.area() * kVibrationLength * kVibrationLength);
   return 1 / std::sqrt(rotary / (bending * bending) + 1 / (shear * shear));
 }
 
@@ -65,7 +66,7 @@ Mode lowest_mode(const fem::Model& model) {
   const Eigen::VectorXd& M = model.masses();
   Mode mode{0, Eigen::VectorXd::Zero(model.unknowns())};
   for (int i = 0; i < model.free_nodes(); ++i)
-    mode.shape[3 * i + 2] = std::pow(model.rest()[3 * i] / kLength, 2);
+    mode.shape[3 * i + 2] = std::pow(model.rest()[3 * i] / kVibrationLength, 2);
   for (int k = 0; k < 40; ++k) {  // other modes shrink at least fourfold each time
     const Eigen::VectorXd next = K.solve(M.cwiseProduct(mode.shape));
     mode.omega = std::sqrt(mode.shape.dot(M.cwiseProduct(next)) / next.dot(M.cwiseProduct(next)));
@@ -78,14 +79,16 @@ void frequency(Report& report, Extent extent) {
   const bool full = extent == Extent::kFull;
   Convergence found;
   for (int n : full ? std::vector{1, 2, 4, 6} : std::vector{1, 2}) {
-    const double expected = theory(beam_of(n)), omega = lowest_mode(model_of(beam_of(n))).omega;
-    found.add(1e3 * kHeight / n, 100 * (std::pow(omega / expected, 2) - 1));
+    const double expected = theory(vibration_beam_of(n)),
+                 omega = lowest_mode(model_of(vibration_beam_of(n))).omega;
+    found.add(1e3 * kVibrationHeight / n, 100 * (std::pow(omega / expected, 2) - 1));
     report.note(fmt::format("first frequency, cells of {:.3g} mm", found.sizes.back()), omega / (2 * kPi),
                 "Hz");
   }
-  report.note("first frequency of beam theory", theory(beam_of(1)) / (2 * kPi), "Hz");
+  report.note("first frequency of beam theory", theory(vibration_beam_of(1)) / (2 * kPi), "Hz");
   report.picture({"Squared first frequency: error", "edge of a cell, mm", "error, %", true});
-  report_convergence(report, "error of the squared frequency", found, full ? kFull : kShort);
+  report_convergence(report, "error of the squared frequency", found,
+                     full ? kVibrationFull : kVibrationShort);
   draw_second_order(report, found);
 }
 
@@ -130,7 +133,7 @@ double largest_gain(const std::vector<double>& energy) {
 /// Nothing damps here but the integrator: it must never add energy, and what it takes must halve with the
 /// step.
 void dissipation(Report& report) {
-  const Beam beam = beam_of(1);
+  const Beam beam = vibration_beam_of(1);
   const fem::Model model = model_of(beam);
   const Mode mode = lowest_mode(model);
   const double period = 2 * kPi / mode.omega;
@@ -172,7 +175,7 @@ void dissipation(Report& report) {
 
 /// Under gravity and damping the motion ends where the equilibrium is.
 void limit(Report& report) {
-  fem::Model model = model_of(beam_of(1), 9.81);
+  fem::Model model = model_of(vibration_beam_of(1), 9.81);
   const fem::Constraints none(model, {}, {});
   fem::Dynamics body(model, none, {5, 0.02});
   for (int i = 0; i < 400; ++i)
