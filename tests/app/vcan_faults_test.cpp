@@ -258,8 +258,9 @@ TEST_CASE("What others tell each other, however much, costs the controller no fr
   const nlohmann::json summary = read_summary(bench.report());
   CHECK(summary["faults"].empty());
   // The queue of the controller, which overflows where nobody reads for a third of a second: that is a
-  // stall of the machine.
-  if (summary["wakeup_us"]["max"] < 1e5 && summary["cycle_us"]["max"] < 1e5)
+  // stall of the machine, and in an emulated one may come before the first cycle, where nothing tells of it.
+  if (tendril::testing::slowness() <= 1 && summary["wakeup_us"]["max"] < 1e5 &&
+      summary["cycle_us"]["max"] < 1e5)
     CHECK(summary["bus_dropped"] == 0);
   // Only our own frames count: at 200 Hz, 4 PDOs of 6 bytes and a SYNC, heartbeats, the camera. Each cycle
   // that was not missed has two of these PDOs and the SYNC at least, 2 x 115 and 65 bits, but for the first.

@@ -127,8 +127,9 @@ def run_with_plant(protocol, flooded=False, changes=(), torques=()):
 class BusTest(unittest.TestCase):
     def check_summary(self, run):
         self.assertEqual(run.summary["faults"], [])
-        # The controller's queue overflows where nobody reads for a third of a second: that is a stall of the machine.
-        if max(run.summary["wakeup_us"]["max"], run.summary["cycle_us"]["max"]) < 1e5:
+        # The controller's queue overflows where nobody reads for a third of a second: that is a stall of the machine,
+        # and in an emulated one may come before the first cycle, where nothing tells of it.
+        if bench.PATIENCE_S <= 60 and max(run.summary["wakeup_us"]["max"], run.summary["cycle_us"]["max"]) < 1e5:
             self.assertEqual(run.summary["bus_dropped"], 0)
         self.assertGreaterEqual(len(run.rows), CYCLES)
 

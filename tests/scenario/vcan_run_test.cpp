@@ -209,8 +209,9 @@ void check_run(const std::string& yaml, std::uint32_t camera) {
   CHECK(summary["bus"] == "CAN interface " + vcan.name());
   CHECK(summary["faults"].empty());
   // The queue of the controller, which overflows where nobody reads for a third of a second: that is a
-  // stall of the machine.
-  if (summary["wakeup_us"]["max"] < 1e5 && summary["cycle_us"]["max"] < 1e5)
+  // stall of the machine, and in an emulated one may come before the first cycle, where nothing tells of it.
+  if (tendril::testing::slowness() <= 1 && summary["wakeup_us"]["max"] < 1e5 &&
+      summary["cycle_us"]["max"] < 1e5)
     CHECK(summary["bus_dropped"] == 0);
   // How close it keeps to the path in between, where the machine does not stall, path_test.cpp plays in
   // virtual time.
