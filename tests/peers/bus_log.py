@@ -139,6 +139,8 @@ class BusLog:
         said = self._candump.said()
         for line in said[:said.rindex("\n")].splitlines():  # it may be writing the next
             found = LINE.fullmatch(line)
+            if line.startswith("DROPCOUNT"):  # its queue holds a second of a flood, and more
+                bench.skip(f"the machine is too slow to log the bus: {line}")
             if not found:
                 raise AssertionError(f"candump says: {line}")
             time_s, identifier, data = found.groups()

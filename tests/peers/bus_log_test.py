@@ -106,12 +106,12 @@ def run_with_plant(protocol, flooded=False, changes=(), torques=()):
         robot = stack.enter_context(bench.Bench(bench.finger(protocol, changes)))
         log = stack.enter_context(bus_log.BusLog(robot.folder))
         if flooded:
-            stack.enter_context(robot.flood())
+            stack.enter_context(robot.flood(gap_ms=10 if bench.PATIENCE_S > 60 else 1))  # less where emulated
         robot.start_plant()
         watch = stack.enter_context(bus_log.Watch(robot.dbc(), spans_of(protocol, torques), WAITED_FOR))
 
         def others_were_heard():
-            return not flooded or min(log.count_foreign(bench.STRANGER).values()) > 2 * log.count("080")
+            return not flooded or min(log.count_foreign(bench.STRANGER).values()) > 2 * CYCLES
 
         code, said = run_until_enough(robot, watch, others_were_heard)
         if code == 0:
@@ -243,7 +243,7 @@ class FloodTest(Cia402BusTest):
 
     def test_all_kinds_of_foreign_frames_were_there(self):
         for kind in ("remote", "extended", bench.STRANGER):
-            self.assertGreater(self.run_.foreign[kind], len(self.run_.of("SYNC")), kind)
+            self.assertGreater(self.run_.foreign[kind], CYCLES, kind)
         self.assertLess(self.run_.summary["bus_load"], 0.2)  # which counts our frames only
 
 
