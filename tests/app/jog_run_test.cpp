@@ -13,7 +13,7 @@ namespace tendril::app::jog_run_test {
 
 constexpr double kCount_m = 2 * std::numbers::pi * 0.005 / 65536;  // of the finger's encoders
 // How far the search for the zero goes past the switch while the machine stalls: at the speed below it takes
-// 20 s for this.
+// 4 s for this.
 constexpr double kPastSwitch_mm = 0.2;
 // A drive that lags behind because the machine stalls is not let go, where that is not what is tested.
 const std::string kPatientLag = "20 mm";

@@ -19,7 +19,7 @@ constexpr double kCount_m = 2 * std::numbers::pi * 0.005 / 65536;  // of the fin
 constexpr double kTopSpeed = 0.03, kPeriod = 1 / 200.0;            // m/s and s on the workbench
 constexpr double kPrinted_m = 1e-7;                                // resolution of lengths in the trace
 // How far the search for the zero goes past the switch while the machine stalls: at the speed below it takes
-// 20 s for this.
+// 4 s for this.
 constexpr double kPastSwitch_m = 0.2e-3;
 constexpr std::uint32_t kCamera = 0x1F0, kSync = 0x080;  // come by the plant's clock and the daemon's
 const std::vector<int> kNodes{1, 2};
