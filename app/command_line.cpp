@@ -34,7 +34,12 @@ Argument& Argument::one_of(const std::vector<std::string>& words) {
 }
 
 Argument& Argument::repeatable() {
-  option_.allow_extra_args(false)->delimiter(',');
+  option_.allow_extra_args(false);
+  return *this;
+}
+
+Argument& Argument::separated_by_commas() {
+  option_.delimiter(',');
   return *this;
 }
 

@@ -27,8 +27,10 @@ class CommandLine {
     Argument& within(int least, int greatest);
     Argument& within(double least, double greatest);
     Argument& one_of(const std::vector<std::string>& words);
-    /// One value each time that the option is given; commas part several.
+    /// One value each time that the option is given.
     Argument& repeatable();
+    /// Several values at once, parted by commas.
+    Argument& separated_by_commas();
     Argument& excludes(const std::string& other);
 
    private:

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <chrono>
 #include <cstdlib>
+#include <thread>
 
 namespace tendril::testing {
 
@@ -15,5 +17,18 @@ inline double slowness() {
 /// How long a test waits for what must come, s: so long that only what hangs misses it, also sanitized and
 /// beside other tests. Nothing is ever judged by how long it took.
 inline const double kPatience_s = 60 * slowness();
+
+/// Asks again and again whether something is so.
+/// @return  false where it was not until patience ended
+template <class Question>
+bool comes_true(Question question, double patience_s = kPatience_s) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + std::chrono::duration<double>(patience_s);
+  while (!question()) {
+    if (Clock::now() > deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
 
 }  // namespace tendril::testing

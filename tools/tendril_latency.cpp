@@ -250,6 +250,7 @@ int main(int argc, char** argv) {
           "work beside it, unmap in this process, the others by stress-ng: " +
               fmt::format("{}", fmt::join(tools::load_names(), ", ")))
       .repeatable()
+      .separated_by_commas()
       .one_of(tools::load_names());
   cli.add("--load-cpu", arguments.load_cpu,
           "the only CPU of the load; without it the load is wherever the kernel puts it, which is not "

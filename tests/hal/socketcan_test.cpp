@@ -18,6 +18,7 @@
 #include "vcan0.h"
 
 namespace tendril::hal::socketcan_test {
+using tendril::testing::comes_true;
 using testing::OwnInterface, testing::put, testing::put_error;
 using testing::shell, testing::skipped_without_root, testing::skipped_without_vcan0, testing::Vcan;
 
@@ -35,19 +36,6 @@ int wait_for(Bus& bus, std::span<Frame> frames, int wanted) {
 }
 
 bool wait_for(Bus& bus, Frame& frame) { return wait_for(bus, std::span(&frame, 1), 1) == 1; }
-
-/// Asks again and again whether something is so.
-/// @return  false where it was not until patience ended
-template <class Question>
-bool comes_true(Question question) {
-  using Clock = std::chrono::steady_clock;
-  const auto deadline = Clock::now() + std::chrono::duration<double>(tendril::testing::kPatience_s);
-  while (!question()) {
-    if (Clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
 
 /// Tells when the kernel has delivered all that this thread has sent. What is sent waits in a queue of the
 /// CPU for its delivery, so the thread keeps to one CPU as long as the object lives.

@@ -3,7 +3,6 @@
 What may come late is waited for with great patience and never slept for: no test depends on how fast the machine is.
 """
 
-import atexit
 import contextlib
 import faulthandler
 import os
@@ -18,6 +17,9 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests"))
+from own_interface import own_interface
+
 INTERFACE = "vcan0"  # or one of this test's own, see main
 PATIENCE_S = 60 * float(os.environ.get("TENDRIL_PATIENCE", 1))  # as tests/patience.h has it
 NO_PYTHON = "/dev/null/none"  # below a device there is no folder on any machine
@@ -33,31 +35,13 @@ def skip(why):
 
 def main():
     """Runs the tests of a script, called with the programs under test: tendrild, tendril-plant."""
+    global INTERFACE
     if not Path("/sys/class/net", INTERFACE).exists():
         skip(f"this machine has no {INTERFACE}; tools/vcan brings one")
-    use_own_interface()
+    INTERFACE = own_interface()
     Program.DAEMON, Program.PLANT = sys.argv[1:3]
     faulthandler.dump_traceback_later(5 * PATIENCE_S, exit=True)  # says where a test hangs
     unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)
-
-
-def use_own_interface():
-    """Takes a CAN interface that nobody else talks on, where this test may make one: else it is vcan0, which the tests
-    of a run use one after the other."""
-    global INTERFACE
-    name = f"tendril{os.getpid()}"
-    ip = shutil.which("ip", path=f"{os.environ.get('PATH', '')}:/usr/sbin:/sbin")
-    if os.geteuid() != 0 or not ip:
-        return
-
-    def link(*words):
-        return subprocess.run([ip, "link", *words], capture_output=True, check=False).returncode == 0
-
-    link("del", name)  # one that was killed had this number, too
-    if link("add", "dev", name, "type", "vcan"):
-        atexit.register(link, "del", name)
-        if link("set", name, "up"):
-            INTERFACE = name
 
 
 def wait_until(question, what, programs=()):

@@ -10,12 +10,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "hal/bus.h"
@@ -36,18 +34,8 @@ std::string content(const fs::path& file) {
   return text.str();
 }
 
+using tendril::testing::comes_true;
 using tendril::testing::kPatience_s;
-
-/// Asks now and then, with patience: nothing that is waited for here takes long, but machines stall.
-bool comes_true(const std::function<bool()>& question, double patience_s = kPatience_s) {
-  using Clock = std::chrono::steady_clock;
-  const auto deadline = Clock::now() + std::chrono::duration<double>(patience_s);
-  while (!question()) {
-    if (Clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  return true;
-}
 
 /// A program that runs beside the test and writes all it says into a file; killed with the object.
 class Program {

@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """What tendril-latency promises to who calls it. No figure is judged: only that it is there, and what follows."""
 
-import atexit
 import json
 import os
 import re
@@ -16,6 +15,9 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests"))
+from own_interface import own_interface
+
 PROGRAM = sys.argv.pop(1)
 PATIENCE_S = 60 * float(os.environ.get("TENDRIL_PATIENCE", 1))  # as tests/patience.h has it
 FOLDER = tempfile.TemporaryDirectory(prefix="tendril-latency-")
@@ -77,23 +79,6 @@ def wait_for_progress(process):
                                  f"before it measured; it said: {said}")
 
 
-def own_interface():
-    """A virtual CAN interface that nobody else talks on, where this test may make one; else vcan0."""
-    name = f"tendril{os.getpid()}"
-    ip = shutil.which("ip", path=f"{os.environ.get('PATH', '')}:/usr/sbin:/sbin")
-    if os.geteuid() != 0 or not ip:
-        return "vcan0"
-
-    def link(*words):
-        return subprocess.run([ip, "link", *words], capture_output=True, check=False).returncode == 0
-
-    link("del", name)  # one that was killed had this number, too
-    if not link("add", "dev", name, "type", "vcan"):
-        return "vcan0"
-    atexit.register(link, "del", name)
-    return name if link("set", name, "up") else "vcan0"
-
-
 def names(folder):
     """Of all processes or threads in it, by their identifiers."""
     found = {}
@@ -120,6 +105,7 @@ class LatencyTest(unittest.TestCase):
             (("--timer", "--limit", "sleep:99:1"), "found 'sleep:99:1', expected STAGE:PERCENT:US"),
             (("--timer", "--limit", "wakeup:101:1"), "found 'wakeup:101:1'"),
             (("--timer", "--limit", "wakeup:99"), "found 'wakeup:99'"),
+            (("--timer", "--limit", "wakeup:99:1,whole:99:1"), "found 'wakeup:99:1,whole:99:1'"),
             (("--timer", "--limit", "solve:99:1"), "--timer has no stage solve"),
             (("--timer", "--load", "noise"), "noise"),
             (("--timer", "--rate", "0"), "--rate"),
