@@ -7,12 +7,14 @@
 #include <optional>
 #include <thread>
 
-#include "app/command_line.h"
-#include "app/exit_codes.h"
-#include "app/plant.h"
-#include "app/plant_console.h"
-#include "app/stop_signal.h"
-#include "hal/drive_objects.h"
+#include "app/config/load_config.h"
+#include "app/plant/plant.h"
+#include "app/plant/plant_console.h"
+#include "app/program/command_line.h"
+#include "app/program/exit_codes.h"
+#include "app/program/stop_signal.h"
+#include "hal/bus/open_bus.h"
+#include "hal/cia402/drive_objects.h"
 #include "rt/periodic_clock.h"
 #include "rt/spsc_ring.h"
 #include "rt/thread.h"

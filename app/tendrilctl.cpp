@@ -1,10 +1,10 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include "app/command_line.h"
-#include "app/exit_codes.h"
-#include "app/jog_run.h"
-#include "app/stop_signal.h"
+#include "app/jog/jog_run.h"
+#include "app/program/command_line.h"
+#include "app/program/exit_codes.h"
+#include "app/program/stop_signal.h"
 
 int main(int argc, char** argv) {
   using namespace tendril;

@@ -2,12 +2,13 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include "app/bus_check.h"
-#include "app/check_report.h"
-#include "app/command_line.h"
-#include "app/daemon.h"
-#include "app/exit_codes.h"
-#include "app/stop_signal.h"
+#include "app/check/check_report.h"
+#include "app/config/load_config.h"
+#include "app/daemon/daemon.h"
+#include "app/program/command_line.h"
+#include "app/program/exit_codes.h"
+#include "app/program/stop_signal.h"
+#include "app/robot/bus_check.h"
 
 int main(int argc, char** argv) {
   using namespace tendril;

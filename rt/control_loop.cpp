@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "hal/bus_budget.h"
+#include "hal/bus/bus_budget.h"
 #include "rt/heap_guard.h"
 
 namespace tendril::rt {

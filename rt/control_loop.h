@@ -4,9 +4,9 @@
 #include <atomic>
 #include <cstdint>
 
-#include "hal/bus.h"
-#include "hal/drives.h"
-#include "hal/frame_batch.h"
+#include "hal/bus/bus.h"
+#include "hal/bus/frame_batch.h"
+#include "hal/drive/drives.h"
 #include "rt/controller.h"
 #include "rt/histogram.h"
 #include "rt/page_faults.h"

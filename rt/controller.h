@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "hal/drives.h"
+#include "hal/drive/drives.h"
 #include "qp/solver.h"
 #include "rt/faults.h"
 #include "rt/snapshot.h"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "app/inverse_statics.h"
+#include "app/robot/inverse_statics.h"
 
 namespace tendril::tools {
 namespace {

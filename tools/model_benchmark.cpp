@@ -11,14 +11,15 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "app/model_refresher.h"
-#include "app/robot.h"
-#include "fem/assembler.h"
-#include "fem/cholmod_factor.h"
-#include "fem/compliance.h"
-#include "fem/dynamics.h"
+#include "app/config/load_config.h"
+#include "app/robot/model_refresher.h"
+#include "app/robot/robot.h"
+#include "fem/body/assembler.h"
+#include "fem/body/compliance.h"
+#include "fem/body/dynamics.h"
 #include "rt/heap_guard.h"
-#include "times.h"
+#include "tests/fem/sparse/cholmod_factor.h"
+#include "tools/times.h"
 
 namespace tendril {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "app/config.h"
+#include "app/config/config.h"
 #include "tools/loops.h"
 
 namespace tendril::tools {

@@ -7,8 +7,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "app/exit_codes.h"
-#include "app/inverse_statics.h"
+#include "app/config/load_config.h"
+#include "app/program/exit_codes.h"
+#include "app/robot/inverse_statics.h"
 #include "tools/coupling_variation.h"
 #include "tools/path_run.h"
 

@@ -11,9 +11,10 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "app/robot.h"
-#include "fem/equilibrium.h"
-#include "times.h"
+#include "app/config/load_config.h"
+#include "app/robot/robot.h"
+#include "fem/body/equilibrium.h"
+#include "tools/times.h"
 
 namespace tendril {
 namespace {

@@ -11,10 +11,11 @@
 #include <memory>
 #include <optional>
 
-#include "app/command_line.h"
-#include "app/exit_codes.h"
-#include "app/report_pictures.h"
-#include "app/stop_signal.h"
+#include "app/config/load_config.h"
+#include "app/program/command_line.h"
+#include "app/program/exit_codes.h"
+#include "app/program/report_pictures.h"
+#include "app/program/stop_signal.h"
 #include "rt/deadline_grid.h"
 #include "tools/tendril_latency_load.h"
 #include "tools/tendril_latency_machine.h"

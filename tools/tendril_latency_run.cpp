@@ -1,4 +1,5 @@
 #include "tools/tendril_latency_run.h"
+#include "hal/bus/open_bus.h"
 
 #include <fmt/format.h>
 #include <pthread.h>
@@ -13,17 +14,17 @@
 #include <optional>
 #include <thread>
 
-#include "app/channels.h"
-#include "app/inverse_statics.h"
-#include "app/model_thread.h"
-#include "app/motion.h"
-#include "app/plant.h"
-#include "app/private_bus.h"
-#include "app/qp_budget.h"
-#include "app/real_time_rights.h"
-#include "app/robot.h"
-#include "app/stop_signal.h"
-#include "hal/drive_protocol.h"
+#include "app/check/private_bus.h"
+#include "app/plant/plant.h"
+#include "app/program/real_time_rights.h"
+#include "app/program/stop_signal.h"
+#include "app/robot/channels.h"
+#include "app/robot/inverse_statics.h"
+#include "app/robot/model_thread.h"
+#include "app/robot/motion.h"
+#include "app/robot/qp_budget.h"
+#include "app/robot/robot.h"
+#include "hal/protocols/drive_protocol.h"
 #include "rt/periodic_clock.h"
 
 namespace tendril::tools {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/config.h"
+#include "app/config/config.h"
 #include "rt/thread.h"
 #include "tools/tendril_latency_stages.h"
 

@@ -1,4 +1,4 @@
-#include "robot_file.h"
+#include "tests/app/robot_file.h"
 
 #include <cstdlib>
 #include <fstream>

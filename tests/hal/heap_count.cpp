@@ -1,4 +1,4 @@
-#include "heap_count.h"
+#include "tests/hal/heap_count.h"
 
 #include <cstdlib>
 #include <new>

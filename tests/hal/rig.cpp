@@ -1,6 +1,6 @@
-#include "rig.h"
+#include "tests/hal/rig.h"
 
-#include "hal/cia402_setup.h"
+#include "hal/cia402/cia402_setup.h"
 
 namespace tendril::hal::test {
 namespace {

@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "hal/cia402_drive.h"
-#include "hal/cia402_master.h"
-#include "hal/odrive_drive.h"
-#include "hal/odrive_master.h"
-#include "hal/virtual_bus.h"
+#include "hal/bus/virtual_bus.h"
+#include "hal/cia402/cia402_drive.h"
+#include "hal/cia402/cia402_master.h"
+#include "hal/odrive/odrive_drive.h"
+#include "hal/odrive/odrive_master.h"
 
 namespace tendril::hal::test {
 

@@ -1,4 +1,4 @@
-#include "adversary.h"
+#include "tests/qp/adversary.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "random_problem.h"
+#include "tests/qp/random_problem.h"
 
 namespace tendril::qp {
 

@@ -1,4 +1,4 @@
-#include "brute_force.h"
+#include "tests/qp/brute_force.h"
 
 #include <Eigen/LU>
 #include <cmath>

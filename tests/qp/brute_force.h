@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "random_problem.h"
+#include "tests/qp/random_problem.h"
 
 namespace tendril::qp {
 

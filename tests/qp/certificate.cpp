@@ -1,4 +1,4 @@
-#include "certificate.h"
+#include "tests/qp/certificate.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>

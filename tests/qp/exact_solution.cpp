@@ -1,4 +1,4 @@
-#include "exact_solution.h"
+#include "tests/qp/exact_solution.h"
 
 #include <CGAL/Gmpzf.h>
 #include <CGAL/QP_functions.h>

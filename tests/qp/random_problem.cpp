@@ -1,4 +1,4 @@
-#include "random_problem.h"
+#include "tests/qp/random_problem.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "sequence.h"
+#include "tests/qp/sequence.h"
 
 #include <algorithm>
 #include <cstring>

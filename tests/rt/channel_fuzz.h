@@ -5,7 +5,7 @@
 #include <memory>
 #include <thread>
 
-#include "torn_value.h"
+#include "tests/rt/torn_value.h"
 
 #ifdef __has_feature
 #if __has_feature(thread_sanitizer)

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "hal/virtual_bus.h"
+#include "hal/bus/virtual_bus.h"
 #include "rt/heap_guard.h"
 #include "tests/rt/one_cable.h"
 

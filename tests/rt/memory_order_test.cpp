@@ -3,8 +3,8 @@
 // differs from the real channel in one memory order, and nothing in the twin that has them all.
 #include <catch2/catch.hpp>
 
-#include "channel_fuzz.h"
-#include "child_process.h"
+#include "tests/rt/channel_fuzz.h"
+#include "tests/rt/child_process.h"
 
 #ifdef TENDRIL_UNDER_TSAN
 

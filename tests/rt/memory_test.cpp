@@ -9,9 +9,9 @@
 #include <cstring>
 #include <thread>
 
-#include "child_process.h"
 #include "rt/page_faults.h"
 #include "rt/rt_error.h"
+#include "tests/rt/child_process.h"
 
 namespace tendril::rt::memory_test {
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <random>
 
-#include "channel_fuzz.h"
+#include "tests/rt/channel_fuzz.h"
 
 namespace tendril::rt::spsc_ring_test {
 

@@ -7,10 +7,10 @@
 #include <catch2/catch.hpp>
 #include <stdexcept>
 
-#include "child_process.h"
 #include "rt/memory.h"
 #include "rt/page_faults.h"
 #include "rt/rt_error.h"
+#include "tests/rt/child_process.h"
 
 namespace tendril::rt::thread_test {
 

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "channel_fuzz.h"
+#include "tests/rt/channel_fuzz.h"
 
 namespace tendril::rt::triple_buffer_test {
 

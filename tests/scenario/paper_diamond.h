@@ -4,7 +4,8 @@
 #include <fstream>
 #include <string>
 
-#include "app/config.h"
+#include "app/config/config.h"
+#include "app/config/load_config.h"
 #include "tests/own_folder.h"
 
 namespace tendril::app::testing {

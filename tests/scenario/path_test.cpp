@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
-#include "app/inverse_statics.h"
+#include "app/robot/inverse_statics.h"
 #include "tests/scenario/robot_files.h"
 
 // How well the simulated robot follows a path, in virtual time. Its body is 10 % stiffer than the model and

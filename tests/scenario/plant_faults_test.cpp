@@ -3,7 +3,8 @@
 #include <cmath>
 #include <string>
 
-#include "app/plant_fault.h"
+#include "app/config/plant_fault.h"
+#include "app/config/plant_fault_parser.h"
 #include "tests/scenario/robot_files.h"
 
 // What the simulated robot can be made to suffer, in virtual time, on the finger with drives of both

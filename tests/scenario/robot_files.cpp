@@ -1,4 +1,5 @@
 #include "tests/scenario/robot_files.h"
+#include "app/config/load_config.h"
 
 #include <algorithm>
 #include <cmath>

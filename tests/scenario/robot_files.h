@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "app/config.h"
-#include "app/virtual_rig.h"
+#include "app/config/config.h"
+#include "app/virtual_time/virtual_rig.h"
 
 namespace tendril::app::testing {
 

@@ -1,7 +1,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "app/sensor_watch.h"
+#include "app/config/plant_fault_parser.h"
+#include "app/daemon/sensor_watch.h"
 #include "tests/scenario/robot_files.h"
 
 // What sensors on the bus tell of the simulated robot, and what their loss leads to: all of Tendril in

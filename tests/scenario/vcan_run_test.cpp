@@ -16,9 +16,9 @@
 #include <string>
 #include <vector>
 
-#include "hal/bus.h"
-#include "hal/signal.h"
-#include "tests/hal/vcan0.h"
+#include "hal/bus/open_bus.h"
+#include "hal/sensor/signal.h"
+#include "tests/hal/bus/vcan0.h"
 #include "tests/own_folder.h"
 #include "tests/patience.h"
 #include "tests/replace_each.h"

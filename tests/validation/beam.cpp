@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tests/fem/bodies.h"
+#include "tests/fem/body/bodies.h"
 
 namespace tendril::validation {
 

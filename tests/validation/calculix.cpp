@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "fem/equilibrium.h"
-#include "fem/mesh_reader.h"
+#include "fem/body/equilibrium.h"
+#include "fem/mesh/mesh_reader.h"
 #include "tests/validation/beam.h"
 #include "tests/validation/calculix_job.h"
 #include "tests/validation/cases.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "fem/model.h"
+#include "fem/body/model.h"
 
 namespace tendril::validation {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "fem/mesh.h"
+#include "fem/mesh/mesh.h"
 
 namespace tendril::validation {
 

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "fem/assembler.h"
-#include "tests/fem/bodies.h"
+#include "fem/body/assembler.h"
+#include "tests/fem/body/bodies.h"
 #include "tests/validation/cases.h"
 #include "tests/validation/statics.h"
 

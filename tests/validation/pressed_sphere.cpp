@@ -7,8 +7,8 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "fem/equilibrium.h"
-#include "fem/surface.h"
+#include "fem/body/equilibrium.h"
+#include "fem/mesh/surface.h"
 #include "tests/validation/hollow_sphere.h"
 #include "tests/validation/statics.h"
 

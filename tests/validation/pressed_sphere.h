@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "fem/material.h"
+#include "fem/element/material.h"
 
 namespace tendril::validation {
 

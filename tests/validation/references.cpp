@@ -6,9 +6,9 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "app/inverse_statics.h"
-#include "fem/equilibrium.h"
-#include "fem/mesh_reader.h"
+#include "app/robot/inverse_statics.h"
+#include "fem/body/equilibrium.h"
+#include "fem/mesh/mesh_reader.h"
 #include "tests/scenario/paper_diamond.h"
 #include "tests/validation/cases.h"
 

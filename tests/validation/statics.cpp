@@ -4,8 +4,8 @@
 
 #include <stdexcept>
 
-#include "fem/assembler.h"
-#include "fem/equilibrium.h"
+#include "fem/body/assembler.h"
+#include "fem/body/equilibrium.h"
 
 namespace tendril::validation {
 

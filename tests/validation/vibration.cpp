@@ -8,7 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "fem/dynamics.h"
+#include "fem/body/dynamics.h"
 #include "tests/validation/beam.h"
 #include "tests/validation/cases.h"
 #include "tests/validation/convergence.h"

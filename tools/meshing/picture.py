@@ -10,7 +10,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from .tets import boundary, dihedral_angles, qualities
 
-SLIVER = 0.1  # fem/mesh_quality.h warns below this mean ratio
+SLIVER = 0.1  # fem/mesh/mesh_quality.h warns below this mean ratio
 BLUE, RED = "#0072B2", "#D55E00"
 
 

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <stdexcept>
+
+namespace tendril::app {
+
+/// A mistake in a configuration file; what() reads "FILE:LINE: KEY: found ..., expected ...".
+struct ConfigError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace tendril::app

@@ -1,0 +1,184 @@
+#include "app/config/load_config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/config/config_body.h"
+#include "app/config/config_drive.h"
+#include "app/config/config_rules.h"
+#include "app/config/config_sensors.h"
+#include "app/config/plant_fault_parser.h"
+#include "app/config/yaml_reader.h"
+
+// One function a section, one line a key; what the body is made of is in config_body.cpp, its drives in
+// config_drive.cpp, its sensors in config_sensors.cpp. A key that is added is added to docs/robot-file.md as
+// well: a test compares the two.
+namespace tendril::app {
+namespace {
+
+constexpr double kFastestRate = 20e3;  // Hz; no CAN bus carries a cycle in less than 50 us
+constexpr Range kLoopRate = {.above = 0, .at_most = kFastestRate};
+constexpr Range kCpu = {.at_least = -1, .at_most = 1023};
+constexpr Range kHeartbeat = {.at_least = 1e-3, .at_most = 65.535};  // u16 in ms, CiA 301 objects 1016, 1017
+constexpr Range kStartTimeout = {.at_least = 1e-3, .at_most = 600};
+constexpr Range kSdoTimeout = {.at_least = 1e-3, .at_most = 60};
+constexpr Range kEncoderPeriod = {.at_least = 1e-3, .at_most = 1};
+constexpr std::size_t kLongestInterface = 15;    // IFNAMSIZ less the final 0
+constexpr std::size_t kLongestSocketPath = 107;  // sun_path likewise
+
+void read_control(Reader& r, ControlConfig& control) {
+  r.may("rate", control.rate_hz, Dimension::kRate, kLoopRate);
+  r.may("epsilon", control.epsilon, Dimension::kNumber, kNotNegative);
+  r.may("iteration_cap", control.iteration_cap, Range{.at_least = 1});
+  r.may("priority", control.priority, Range{.at_least = 1, .at_most = 98});
+  r.may("cpu", control.cpu, kCpu);
+  r.may("model_cpu", control.model_cpu, kCpu);
+  r.may("housekeeping_cpu", control.housekeeping_cpu, kCpu);
+  r.may("idle_latency", control.idle_latency, Dimension::kTime, Range{.at_least = 0, .at_most = 1});
+  r.may("snapshot_age_limit", control.snapshot_age_limit, Dimension::kTime, kPositive);
+  r.may("target_age_limit", control.target_age_limit, Dimension::kTime, kPositive);
+  r.may("late_cycles_limit", control.late_cycles_limit, Range{.at_least = 1});
+  r.may("model_rate_limit", control.model_rate_limit_hz, Dimension::kRate,
+        Range{.at_least = 0, .at_most = kFastestRate});
+  r.may("model_solver", control.model_solver,
+        Words<fem::Solver>{{"direct", fem::Solver::kDirect}, {"reused", fem::Solver::kReused}});
+  r.may("model_tangent", control.model_tangent,
+        Words<fem::Tangent>{{"exact", fem::Tangent::kExact}, {"semidefinite", fem::Tangent::kSemidefinite}});
+  r.may("stop", control.stop,
+        Words<rt::StopAction>{{"hold", rt::StopAction::kHold}, {"relax", rt::StopAction::kRelax}});
+  r.may("workspace", control.workspace_min, control.workspace_max, Dimension::kLength);
+}
+
+void read_bus_name(const Value& v, std::string& name) {
+  constexpr std::string_view kLocal = "local:";
+  constexpr std::string_view kExpected =
+      "a CAN interface (at most 15 letters), or local: and the path of a socket (at most 107)";
+  name = v.text(kExpected);
+  const bool local = name.starts_with(kLocal);
+  const std::size_t length = name.size() - (local ? kLocal.size() : 0);
+  const bool fits = length >= 1 && length <= (local ? kLongestSocketPath : kLongestInterface);
+  if (!fits || (!local && name.find_first_of("/: ") != std::string::npos)) {
+    v.fail(kExpected);
+  }
+}
+
+void read_bus(Reader& r, BusConfig& bus) {
+  bus.line = r.line();
+  r.need("name", bus.name, read_bus_name);
+  r.may("bitrate", bus.bitrate, Dimension::kBitRate, Range{.above = 0, .at_most = 1e6});  // classic CAN
+  r.may("protocol", bus.protocol,
+        Words<hal::Protocol>{{"canopen", hal::Protocol::kCanopen}, {"odrive", hal::Protocol::kOdrive}});
+  if (bus.protocol == hal::Protocol::kOdrive) {  // what the drives are delivered with
+    bus.heartbeat = 0.1;
+    bus.heartbeat_timeout = 0.25;
+  }
+  r.may("master_node", bus.master_node, only_with(hal::Protocol::kCanopen, bus.protocol, kCanopenNode));
+  r.may("boot_timeout", bus.boot_timeout, Dimension::kTime, kStartTimeout);
+  r.may("enable_timeout", bus.enable_timeout, Dimension::kTime, kStartTimeout);
+  r.may("sdo_timeout", bus.sdo_timeout,
+        only_with(hal::Protocol::kCanopen, bus.protocol, Dimension::kTime, kSdoTimeout));
+  r.may("firmware", bus.firmware,
+        only_with(hal::Protocol::kOdrive, bus.protocol,
+                  Words<hal::OdriveFirmware>{{"0.5", hal::OdriveFirmware::k0_5},
+                                             {"0.6", hal::OdriveFirmware::k0_6}}));
+  r.may("encoder_period", bus.encoder_period,
+        only_with(hal::Protocol::kOdrive, bus.protocol, Dimension::kTime, kEncoderPeriod));
+  r.may("heartbeat", bus.heartbeat, Dimension::kTime, kHeartbeat);
+  r.may("heartbeat_timeout", bus.heartbeat_timeout, Dimension::kTime, kHeartbeat);
+  r.may("feedback_timeout", bus.feedback_timeout, Dimension::kTime, kHeartbeat);
+}
+
+/// The place of the effector that has that name; one that has positions.
+void read_effector_name(const Value& v, const std::vector<EffectorConfig>& effectors, int& index) {
+  const std::string name = v.text("the name of an effector");
+  const auto found = std::ranges::find(effectors, name, &EffectorConfig::name);
+  if (found == effectors.end()) v.fail("the name of an effector");
+  if (found->cavity) v.fail("an effector of points, as waypoints are positions");
+  index = static_cast<int>(found - effectors.begin());
+}
+
+void read_motion(Reader& r, MotionConfig& motion, const std::vector<EffectorConfig>& effectors) {
+  r.need("origin", motion.origin, Dimension::kLength);
+  r.need("waypoints", motion.waypoints, Dimension::kLength);
+  r.need("speed", motion.speed, Dimension::kSpeed, kPositive);
+  r.may("closed", motion.closed);
+  r.may("effector", motion.effector,
+        [&](const Value& v, int& index) { read_effector_name(v, effectors, index); });
+}
+
+void read_servo(Reader& r, ServoConfig& servo, hal::Protocol protocol) {
+  r.may("acceleration_time", servo.acceleration_time, Dimension::kTime, Range{.at_least = 1e-3});
+  r.may("position_gain", servo.position_gain, Dimension::kInverseTime, Range{.above = 0, .at_most = 1000});
+  r.may("force_limit", servo.force_limit, Dimension::kNumber, kPositive);
+  r.may("friction", servo.friction, Dimension::kNumber, Range{.above = 0, .at_most = 1});
+  r.may("following_error", servo.following_error,
+        only_with(hal::Protocol::kCanopen, protocol, Dimension::kNumber, Range{.above = 0, .at_most = 1}));
+  r.may("encoder_counts", servo.encoder_counts,
+        only_with(hal::Protocol::kOdrive, protocol, Range{.at_least = 1}));
+}
+
+/// @param config  with bus, actuators and sensors read already
+void read_fault(Reader& r, PlantFault& fault, const Config& config) {
+  double after = 0;
+  r.need("after", after, Dimension::kTime, kNotNegative);
+  r.need("inject", fault, [&config](const Value& v, PlantFault& out) {
+    try {
+      out = parse_plant_fault(v.text("a fault"), config);
+    } catch (const PlantFaultMistake& mistake) {
+      v.fail(mistake.what());
+    }
+  });
+  fault.after = after;
+}
+
+void read_plant(Reader& r, PlantConfig& plant, const Config& config) {
+  r.need("young_modulus", plant.young_modulus, Dimension::kPressure, kPositive);
+  r.need("poisson_ratio", plant.poisson_ratio, Dimension::kNumber, kPoissonRatio);
+  r.need("mass", plant.mass, Dimension::kMass, kPositive);
+  r.may("damping_mass", plant.damping_mass, Dimension::kInverseTime, kNotNegative);
+  r.may("damping_stiffness", plant.damping_stiffness, Dimension::kTime, kNotNegative);
+  r.may("time_step", plant.time_step, Dimension::kTime, kPositive);
+  r.may("loads", plant.loads, read_load);
+  r.may("drives", plant.drives,
+        [&](Reader& section, ServoConfig& servo) { read_servo(section, servo, config.bus.protocol); });
+  r.may("faults", plant.faults,
+        [&](Reader& section, PlantFault& fault) { read_fault(section, fault, config); });
+}
+
+void read_robot(Reader& r, Config& config) {
+  r.need("robot", config.robot, read_name);
+  r.need("mesh", config.mesh, read_mesh);
+  r.need("material", config.material, read_material);
+  r.may("gravity", config.gravity, Dimension::kAcceleration);
+  r.may("loads", config.loads, read_load);
+  r.need("fixed", config.fixed, read_region);
+  r.may("snap", config.snap, Dimension::kLength, kNotNegative);
+  r.need("effectors", config.effectors, read_effector);
+  r.need("bus", config.bus, read_bus);
+  r.need("actuators", config.actuators, [&](Reader& section, ActuatorConfig& actuator) {
+    read_actuator(section, actuator, config.bus.protocol);
+  });
+  r.may("sensors", config.sensors,
+        [&](const Value& v, SensorConfig& sensor) { read_sensor(v, sensor, config); });
+  r.may("control", config.control, read_control);
+  r.may("motion", config.motion,
+        [&](Reader& section, MotionConfig& motion) { read_motion(section, motion, config.effectors); });
+  r.may("plant", config.plant,
+        [&](Reader& section, PlantConfig& plant) { read_plant(section, plant, config); });
+}
+
+}  // namespace
+
+Config load_config(const std::filesystem::path& file, ConfigKeys* keys) {
+  Source source{.file = file};
+  const Value robot = load_yaml(source);
+  Config config;
+  config.file = file;
+  robot.read(config, read_robot);
+  check_rules(robot, config);
+  if (keys) *keys = source.keys;
+  return config;
+}
+
+}  // namespace tendril::app

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "app/config/config.h"
+
+namespace tendril::app {
+
+/// The keys a robot file may have, such as "actuators[].drive.node", and for each whether it is required.
+using ConfigKeys = std::map<std::string, bool>;
+
+/// Reads and checks one robot file: syntax, keys, units, ranges, and what one key demands of another.
+/// docs/robot-file.md describes the file.
+/// @param keys  where given, receives the keys that were looked for: all but those of sections that the file
+/// leaves out
+/// @throws      ConfigError naming file, line and key, what was found and what is expected
+/// Real-time: no (reads a file, allocates).
+Config load_config(const std::filesystem::path& file, ConfigKeys* keys = nullptr);
+
+}  // namespace tendril::app

@@ -1,0 +1,182 @@
+#include "app/config/plant_fault_parser.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <vector>
+
+#include "app/config/quantity.h"
+
+namespace tendril::app {
+namespace {
+
+using Kind = PlantFaultKind;
+
+/// Words in lower case stand for themselves. Those in upper case are filled in: AXIS, the name of an
+/// actuator; SENSOR, that of a sensor; CODE, a whole number; TIME, SIZE and SHARE, a number and a unit.
+struct Row {
+  Kind kind;
+  std::string_view pattern;
+  std::string_view effect;
+  std::optional<hal::Protocol> protocol = {};
+};
+
+constexpr Row kRows[] = {
+    {Kind::kDriveFault, "fault AXIS emcy CODE", "its drive fails with that EMCY error code (0x1 to 0xFFFF)",
+     hal::Protocol::kCanopen},
+    {Kind::kDriveFault, "fault AXIS error CODE", "its axis fails with those error bits (from 0x1 on)",
+     hal::Protocol::kOdrive},
+    {Kind::kSilent, "heartbeat AXIS off", "its drive's heartbeats no longer come, all else goes on"},
+    {Kind::kStuck, "stuck AXIS", "its mechanics jam; the drive says nothing of it"},
+    {Kind::kCut, "cut AXIS", "its cable never pulls again, though the drive turns"},
+    {Kind::kDelay, "delay TIME", "what the robot sends arrives so much later (at most 1 s)"},
+    {Kind::kDrop, "drop SHARE", "so many of all frames are lost, both ways (0 % to 100 %)"},
+    {Kind::kNoise, "noise SIZE", "what is measured in that unit (mm, N, Pa) errs by that standard deviation"},
+    {Kind::kSensorSilent, "sensor SENSOR off", "it sends nothing"},
+    {Kind::kBusOff, "bus off", "the robot neither sends nor hears"},
+    {Kind::kClear, "clear", "all of it ends, but for cut cables and what a reset must clear"},
+};
+
+std::vector<std::string_view> words_of(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t\r";
+  std::vector<std::string_view> words;
+  while (true) {
+    text.remove_prefix(std::min(text.find_first_not_of(kBlanks), text.size()));
+    if (text.empty()) return words;
+    words.push_back(text.substr(0, text.find_first_of(kBlanks)));
+    text.remove_prefix(words.back().size());
+  }
+}
+
+bool spoken(const Row& row, hal::Protocol protocol) { return !row.protocol || *row.protocol == protocol; }
+
+[[noreturn]] void mistake(std::string_view expected, const Row& row) {
+  throw PlantFaultMistake(fmt::format("{}, as in '{}'", expected, row.pattern));
+}
+
+int read_axis(std::string_view word, std::span<const ActuatorConfig> actuators, const Row& row) {
+  const auto found = std::ranges::find(actuators, word, &ActuatorConfig::name);
+  if (found == actuators.end()) {
+    std::string names;
+    for (const ActuatorConfig& actuator : actuators) names += (names.empty() ? "" : ", ") + actuator.name;
+    mistake("the name of an actuator (" + names + ")", row);
+  }
+  if (row.kind == Kind::kCut && !std::holds_alternative<CableConfig>(found->kind))
+    mistake("an actuator that is a cable", row);
+  return static_cast<int>(found - actuators.begin());
+}
+
+int read_sensor_name(std::string_view word, std::span<const SensorConfig> sensors, const Row& row) {
+  const auto found =
+      std::ranges::find(sensors, word, [](const SensorConfig& sensor) { return sensor.frame.name; });
+  if (found == sensors.end()) {
+    std::string names;
+    for (const SensorConfig& sensor : sensors) names += (names.empty() ? "" : ", ") + sensor.frame.name;
+    mistake("the name of a sensor (" + names + ")", row);
+  }
+  return static_cast<int>(found - sensors.begin());
+}
+
+double read_code(std::string_view word, const Row& row) {
+  const bool hexadecimal = word.starts_with("0x");
+  const std::string_view digits = hexadecimal ? word.substr(2) : word;
+  std::uint32_t code = 0;
+  const auto [stop, error] =
+      std::from_chars(digits.data(), digits.data() + digits.size(), code, hexadecimal ? 16 : 10);
+  const std::uint32_t most = row.protocol == hal::Protocol::kCanopen ? 0xFFFF : UINT32_MAX;
+  if (error != std::errc() || stop != digits.data() + digits.size() || code == 0 || code > most)
+    mistake(fmt::format("a code from 0x1 to 0x{:X}", most), row);
+  return code;
+}
+
+double read_share(std::string_view number, std::string_view unit, const Row& row) {
+  double percent = -1;
+  if (unit != "%" || !parse_quantity(number, Dimension::kNumber, {&percent, 1}) || percent < 0 ||
+      percent > 100)
+    mistake("a share from 0 % to 100 %", row);
+  return percent / 100;
+}
+
+double read_size(std::string_view number, std::string_view unit, Dimension dimension, double most,
+                 const Row& row) {
+  double value = -1;
+  const std::string text = fmt::format("{} {}", number, unit);
+  if (!parse_quantity(text, dimension, {&value, 1}) || value < 0 || value > most)
+    mistake(fmt::format("a size from 0 to {:g} {} ({})", most, si_unit(dimension), units_of(dimension)), row);
+  return value;
+}
+
+constexpr double kLongestDelay_s = 1;
+
+/// What errs follows from the unit.
+void read_noise(std::string_view number, std::string_view unit, const Row& row, PlantFault& fault) {
+  struct Quantity {
+    Dimension dimension;
+    Kind kind;
+  };
+  for (const Quantity& quantity :
+       {Quantity{Dimension::kLength, Kind::kNoise}, Quantity{Dimension::kForce, Kind::kForceNoise},
+        Quantity{Dimension::kPressure, Kind::kPressureNoise}}) {
+    if (!parse_quantity(fmt::format("{} {}", number, unit), quantity.dimension, {&fault.value, 1})) continue;
+    if (fault.value < 0) break;
+    fault.kind = quantity.kind;
+    return;
+  }
+  mistake(fmt::format("a length, force or pressure from 0 up ({}, {}, {})", units_of(Dimension::kLength),
+                      units_of(Dimension::kForce), units_of(Dimension::kPressure)),
+          row);
+}
+
+/// @return  nothing where the line is of another row
+std::optional<PlantFault> match(const Row& row, const std::vector<std::string_view>& words,
+                                const Config& config) {
+  const std::vector<std::string_view> pattern = words_of(row.pattern);
+  if (words.empty() || words[0] != pattern[0]) return std::nullopt;
+  PlantFault fault{.kind = row.kind};
+  size_t at = 0;
+  const auto next = [&] { return at < words.size() ? words[at++] : std::string_view(); };
+  for (const std::string_view word : pattern) {
+    const std::string_view given = next();
+    if (word == "AXIS")
+      fault.axis = read_axis(given, config.actuators, row);
+    else if (word == "SENSOR")
+      fault.axis = read_sensor_name(given, config.sensors, row);
+    else if (word == "CODE")
+      fault.value = read_code(given, row);
+    else if (word == "SHARE")
+      fault.value = read_share(given, next(), row);
+    else if (word == "TIME")
+      fault.value = read_size(given, next(), Dimension::kTime, kLongestDelay_s, row);
+    else if (word == "SIZE")
+      read_noise(given, next(), row, fault);
+    else if (word != given)
+      mistake(fmt::format("'{}'", word), row);
+  }
+  if (at < words.size()) mistake("the end of the line", row);
+  return fault;
+}
+
+}  // namespace
+
+PlantFault parse_plant_fault(std::string_view line, const Config& config) {
+  const hal::Protocol protocol = config.bus.protocol;
+  const std::vector<std::string_view> words = words_of(line);
+  for (const Row& row : kRows)
+    if (spoken(row, protocol))
+      if (const auto fault = match(row, words, config)) return *fault;
+  std::string known;
+  for (const Row& row : kRows)
+    if (spoken(row, protocol)) known += fmt::format("{}'{}'", known.empty() ? "" : ", ", row.pattern);
+  throw PlantFaultMistake("one of " + known);
+}
+
+std::string plant_fault_help(hal::Protocol protocol) {
+  std::string text;
+  for (const Row& row : kRows)
+    if (spoken(row, protocol)) text += fmt::format("{:22} {}\n", row.pattern, row.effect);
+  return text;
+}
+
+}  // namespace tendril::app

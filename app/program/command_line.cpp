@@ -1,0 +1,107 @@
+#include "app/program/command_line.h"
+
+#include <CLI/CLI.hpp>
+
+#include "app/program/exit_codes.h"
+
+namespace tendril::app {
+
+using Argument = CommandLine::Argument;
+
+Argument& Argument::required() {
+  option_.required();
+  return *this;
+}
+
+Argument& Argument::not_negative() {
+  option_.check(CLI::NonNegativeNumber);
+  return *this;
+}
+
+Argument& Argument::within(int least, int greatest) {
+  option_.check(CLI::Range(least, greatest));
+  return *this;
+}
+
+Argument& Argument::within(double least, double greatest) {
+  option_.check(CLI::Range(least, greatest));
+  return *this;
+}
+
+Argument& Argument::one_of(const std::vector<std::string>& words) {
+  option_.check(CLI::IsMember(words));
+  return *this;
+}
+
+Argument& Argument::repeatable() {
+  option_.allow_extra_args(false);
+  return *this;
+}
+
+Argument& Argument::separated_by_commas() {
+  option_.delimiter(',');
+  return *this;
+}
+
+Argument& Argument::excludes(const std::string& other) {
+  option_.excludes(other);
+  return *this;
+}
+
+CommandLine::CommandLine(const std::string& description)
+    : owned_(std::make_unique<CLI::App>(description)), app_(*owned_) {
+  app_.set_version_flag("--version", TENDRIL_VERSION);
+}
+
+CommandLine::CommandLine(CLI::App& command) : app_(command) {}
+
+CommandLine::~CommandLine() = default;
+
+Argument CommandLine::add(const std::string& name, std::string& value, const std::string& help) {
+  return Argument(*app_.add_option(name, value, help));
+}
+
+Argument CommandLine::add(const std::string& name, double& value, const std::string& help) {
+  return Argument(*app_.add_option(name, value, help));
+}
+
+Argument CommandLine::add(const std::string& name, int& value, const std::string& help) {
+  return Argument(*app_.add_option(name, value, help));
+}
+
+Argument CommandLine::add(const std::string& name, std::optional<double>& value, const std::string& help) {
+  return Argument(*app_.add_option(name, value, help));
+}
+
+Argument CommandLine::add(const std::string& name, std::optional<int>& value, const std::string& help) {
+  return Argument(*app_.add_option(name, value, help));
+}
+
+Argument CommandLine::add(const std::string& name, std::filesystem::path& value, const std::string& help) {
+  return Argument(*app_.add_option(name, value, help));
+}
+
+Argument CommandLine::add(const std::string& name, std::vector<std::string>& value, const std::string& help) {
+  return Argument(*app_.add_option(name, value, help));
+}
+
+Argument CommandLine::add_flag(const std::string& name, bool& value, const std::string& help) {
+  return Argument(*app_.add_flag(name, value, help));
+}
+
+CommandLine& CommandLine::add_command(const std::string& name, const std::string& description) {
+  app_.require_subcommand(1);
+  commands_.push_back(std::unique_ptr<CommandLine>(new CommandLine(*app_.add_subcommand(name, description))));
+  return *commands_.back();
+}
+
+std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
+  try {
+    app_.parse(argc, argv);
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    return app_.exit(error) == 0 ? kOk : kUsage;  // CLI11's own codes are many, ours are four
+  }
+}
+
+}  // namespace tendril::app

@@ -1,0 +1,59 @@
+#include "app/robot/inverse_statics.h"
+
+#include <memory>
+
+#include "app/robot/model_refresher.h"
+#include "qp/solver.h"
+
+namespace tendril::app {
+namespace {
+
+constexpr int kRefreshes = 200;
+constexpr double kSettled = 1e-8;  // m, of any node from one refresh to the next
+constexpr double kEffort = 1e-6;   // of the efforts, of the range of each
+
+}  // namespace
+
+StaticReach reach(const Robot& robot, const Config& config, const rt::EffectorVector& goal) {
+  StaticReach result;
+  const rt::ControllerConfig limits = controller_config(config);
+  const rt::ActuatorVector small = kEffort * (limits.a_max - limits.a_min);
+  ModelRefresher model(robot, config);
+  const auto snapshot = std::make_unique<rt::Snapshot>();
+  qp::Solver solver;
+  rt::Feedback feedback;
+  if (!model.settle(Eigen::VectorXd::Zero(limits.actuators))) return result;
+  feedback.lambda = rt::ActuatorVector::Zero(limits.actuators);
+  while (!result.converged && result.refreshes < kRefreshes) {
+    ++result.refreshes;
+    const Eigen::VectorXd before = model.x();
+    if (!model.refresh(feedback, 0, *snapshot)) return result;
+    result.lambda = feedback.lambda;
+    result.delta_a = robot.constraints.displacement(model.x());
+    result.p_e = robot.constraints.effector_position(model.x());
+    if (feedback.efforts_known && (model.x() - before).cwiseAbs().maxCoeff() < kSettled)
+      result.converged = true;
+
+    const qp::Bounds bounds{limits.a_min, limits.a_max, limits.l_min - snapshot->delta_a_free,
+                            limits.l_max - snapshot->delta_a_free};
+    const rt::ActuatorVector g = snapshot->D_W_ea.transpose() * (snapshot->p_e_free - goal);
+    const qp::Solution& solution =
+        solver.solve(snapshot->problem, g, bounds, feedback.lambda, limits.iteration_cap);
+    if (solution.status != qp::Status::kOptimal && solution.status != qp::Status::kSoftened) return result;
+    result.converged =
+        result.converged && ((solution.x - feedback.lambda).array().abs() <= small.array()).all();
+    feedback.lambda = solution.x;
+    feedback.efforts_known = true;
+  }
+  return result;
+}
+
+rt::EffectorVector rest_of_effectors(const Robot& robot) {
+  fem::Equilibrium body(robot.model,
+                        robot.constraints);  // stays in the shape of the mesh if it cannot settle
+  (void)body.settle_at_displacements(Eigen::VectorXd::Zero(robot.constraints.actuators()),
+                                     fem::Sign::kPullOnly, kSettled);
+  return robot.constraints.effector_position(body.x());
+}
+
+}  // namespace tendril::app

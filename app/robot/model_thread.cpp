@@ -1,0 +1,85 @@
+#include "app/robot/model_thread.h"
+
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "rt/periodic_clock.h"
+#include "rt/thread.h"
+
+namespace tendril::app {
+namespace {
+
+constexpr auto kPatience = std::chrono::milliseconds(1);
+// After so many failed refreshes without a single good one there will be no first snapshot.
+constexpr std::uint64_t kHopeless = 100;
+
+}  // namespace
+
+ModelThread::ModelThread(const Robot& robot, const Config& config, Channels& channels)
+    : refresher_(robot, config),
+      channels_(channels),
+      rate_limit_hz_(config.control.model_rate_limit_hz),
+      thread_([this] { run(); }) {
+  pthread_setname_np(thread_.native_handle(), "model");
+  try {
+    rt::keep_to_cpu(thread_.native_handle(), "model", config.control.model_cpu);
+  } catch (...) {
+    stop();
+    throw;
+  }
+}
+
+ModelThread::~ModelThread() { stop(); }
+
+void ModelThread::stop() {
+  quit_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+/// Waits for the drives' displacements and brings the body to rest there.
+bool ModelThread::settle() {
+  while (!quit_) {
+    const rt::Feedback& feedback = channels_.feedback.latest();
+    if (feedback.displacements_known) {
+      if (refresher_.settle(feedback.delta_a)) return true;
+      channels_.requests.model_failed = true;
+      return false;
+    }
+    std::this_thread::sleep_for(kPatience);
+  }
+  return false;
+}
+
+void ModelThread::run() {
+  try {
+    if (settle()) refresh();
+  } catch (const std::exception& error) {  // out of memory
+    spdlog::error("the model thread ended: {}", error.what());
+    channels_.requests.model_failed = true;
+  }
+}
+
+void ModelThread::refresh() {
+  first_ns_ = rt::now_ns();
+  last_ns_ = first_ns_.load();
+  const std::int64_t period_ns = rate_limit_hz_ > 0 ? std::llround(1e9 / rate_limit_hz_) : 0;
+  while (!quit_) {
+    const std::int64_t begin_ns = rt::now_ns();
+    if (refresher_.refresh(channels_.feedback.latest(), begin_ns, channels_.snapshots.back())) {
+      channels_.snapshots.publish();
+      ++refreshes_;
+    } else {
+      ++failures_;  // the last good snapshot serves until its age limit
+      if (refreshes_ == 0 && failures_ >= kHopeless) channels_.requests.model_failed = true;
+      std::this_thread::sleep_for(kPatience);
+    }
+    last_ns_ = rt::now_ns();
+    if (const std::int64_t rest_ns = begin_ns + period_ns - last_ns_; rest_ns > 0)
+      std::this_thread::sleep_for(std::chrono::nanoseconds(rest_ns));
+  }
+}
+
+}  // namespace tendril::app

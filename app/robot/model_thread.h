@@ -1,0 +1,49 @@
+#pragma once
+
+#include <atomic>
+#include <thread>
+
+#include "app/robot/channels.h"
+#include "app/robot/model_refresher.h"
+
+namespace tendril::app {
+
+/// The model thread: once the drives have told their displacements, brings the body to rest there, then
+/// refreshes and publishes snapshots as fast as it can, or as the configuration allows.
+class ModelThread {
+ public:
+  /// Starts the thread. Keeps references to robot and channels.
+  /// @throws rt::RtError where its CPU is not there
+  ModelThread(const Robot& robot, const Config& config, Channels& channels);
+  /// Ends and joins it.
+  ~ModelThread();
+  ModelThread(const ModelThread&) = delete;
+  ModelThread& operator=(const ModelThread&) = delete;
+
+  /// Ends and joins it; what follows is then final.
+  void stop();
+
+  std::uint64_t refreshes() const { return refreshes_.load(std::memory_order_relaxed); }
+  /// Refreshes that found no usable pose.
+  std::uint64_t failures() const { return failures_.load(std::memory_order_relaxed); }
+  /// From the first to the last refresh, s.
+  double active_seconds() const {
+    return 1e-9 * static_cast<double>(last_ns_.load(std::memory_order_relaxed) -
+                                      first_ns_.load(std::memory_order_relaxed));
+  }
+
+ private:
+  void run();
+  bool settle();
+  void refresh();
+
+  ModelRefresher refresher_;
+  Channels& channels_;
+  double rate_limit_hz_;
+  std::atomic<bool> quit_{false};
+  std::atomic<std::uint64_t> refreshes_{0}, failures_{0};
+  std::atomic<std::int64_t> first_ns_{0}, last_ns_{0};
+  std::thread thread_;
+};
+
+}  // namespace tendril::app

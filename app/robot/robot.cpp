@@ -1,0 +1,236 @@
+#include "app/robot/robot.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "app/robot/body.h"
+
+namespace tendril::app {
+namespace {
+
+/// Where a robot file says what an actuator or effector is attached to.
+struct Place {
+  const char* key;
+  int line;
+};
+
+Place place_of(const CableConfig& cable) { return {"cable", cable.points.front().line}; }
+Place place_of(const RodConfig& rod) { return {"rod", rod.from.line}; }
+Place place_of(const ForceConfig& force) { return {"push", force.at.line}; }
+Place place_of(const CavityConfig& filled) { return {"cavity", filled.region.line}; }
+Place place_of(const ActuatorConfig& actuator) {
+  return std::visit([](const auto& kind) { return place_of(kind); }, actuator.kind);
+}
+Place place_of(const EffectorConfig& effector) {
+  if (effector.cavity) return {"cavity", effector.cavity->line};
+  return {effector.points.size() == 1 ? "point" : "points", effector.points.front().line};
+}
+
+/// A key for messages: "actuators[0].cable (left)".
+std::string key_of(const char* list, int index, const char* key, const std::string& name) {
+  return fmt::format("{}[{}].{} ({})", list, index, key, name);
+}
+std::string actuator_key(const Config& config, int index, const char* key) {
+  return key_of("actuators", index, key, config.actuators[index].name);
+}
+std::string effector_key(const Config& config, int index, const char* key) {
+  return key_of("effectors", index, key, config.effectors[index].name);
+}
+
+/// What attaches the parts of one actuator or effector to a body.
+struct Attacher {
+  const fem::Model& model;
+  const Config& config;
+  std::string key;  // for messages
+
+  fem::Attachment at(const PointConfig& point) const { return attach(model, config, point, key); }
+  fem::CablePoint end(const PointConfig& point) const {
+    return point.on_body ? fem::CablePoint(at(point)) : fem::CablePoint(point.at);
+  }
+  std::vector<fem::Face> cavity(const RegionConfig& region) const { return wall(model, config, region, key); }
+
+  fem::Actuator operator()(const CableConfig& cable) const {
+    fem::Cable attached;
+    for (const PointConfig& point : cable.points) attached.points.push_back(end(point));
+    return attached;
+  }
+  fem::Actuator operator()(const RodConfig& rod) const { return fem::Rod{end(rod.from), end(rod.to)}; }
+  fem::Actuator operator()(const ForceConfig& force) const {
+    return fem::Force{at(force.at), force.direction};
+  }
+  fem::Actuator operator()(const CavityConfig& filled) const { return fem::Pressure{cavity(filled.region)}; }
+
+  fem::Effector operator()(const EffectorConfig& effector) const {
+    if (effector.cavity) return fem::VolumeEffector{cavity(*effector.cavity)};
+    fem::PointEffector attached{{}, effector.controlled};
+    for (const PointConfig& point : effector.points) attached.points.push_back(at(point));
+    return attached;
+  }
+};
+
+/// Refuses to take more out of a cavity than is in it.
+void check_growth(const fem::Model& body, const Config& config, int index, const fem::Pressure& pressure) {
+  const ActuatorConfig& actuator = config.actuators[index];
+  const double volume = fem::enclosed_volume(body.mesh(), pressure.surface);
+  if (actuator.displacement_min > -volume) return;
+  refuse(config, std::get<CavityConfig>(actuator.kind).growth_line,
+         fmt::format("{}: found {:g} ml, expected more than {:.4g} ml, as the cavity holds {:.4g} ml at rest",
+                     actuator_key(config, index, "growth"), 1e6 * actuator.displacement_min, -1e6 * volume,
+                     1e6 * volume));
+}
+
+std::vector<fem::Actuator> attach_actuators(const fem::Model& body, const Config& config) {
+  std::vector<fem::Actuator> result;
+  for (int a = 0; a < static_cast<int>(config.actuators.size()); ++a) {
+    const ActuatorConfig& actuator = config.actuators[a];
+    const Attacher attacher{body, config, actuator_key(config, a, place_of(actuator).key)};
+    result.push_back(std::visit(attacher, actuator.kind));
+    if (const auto* pressure = std::get_if<fem::Pressure>(&result.back()))
+      check_growth(body, config, a, *pressure);
+  }
+  return result;
+}
+
+std::vector<fem::Effector> attach_effectors(const fem::Model& body, const Config& config) {
+  std::vector<fem::Effector> result;
+  for (int e = 0; e < static_cast<int>(config.effectors.size()); ++e) {
+    const EffectorConfig& effector = config.effectors[e];
+    result.push_back(Attacher{body, config, effector_key(config, e, place_of(effector).key)}(effector));
+  }
+  return result;
+}
+
+[[noreturn]] void refuse(const Config& config, const fem::ConstraintError& error) {
+  const bool is_actuator = error.role == fem::ConstraintError::kActuator;
+  const Place place =
+      is_actuator ? place_of(config.actuators[error.index]) : place_of(config.effectors[error.index]);
+  const auto key = is_actuator ? actuator_key : effector_key;
+  refuse(config, place.line, fmt::format("{}: {}", key(config, error.index, place.key), error.reason));
+}
+
+std::unique_ptr<Robot> build(const Config& config, fem::Model body) {
+  const auto actuators = attach_actuators(body, config);
+  const auto effectors = attach_effectors(body, config);
+  try {
+    return std::make_unique<Robot>(std::move(body), actuators, effectors);
+  } catch (const fem::ConstraintError& error) {
+    refuse(config, error);
+  }
+}
+
+std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
+
+}  // namespace
+
+Robot::Robot(fem::Model body, const std::vector<fem::Actuator>& actuators,
+             const std::vector<fem::Effector>& effectors)
+    : model(std::move(body)), constraints(model, actuators, effectors) {
+  for (const fem::Effector& effector : effectors) {
+    const auto* points = std::get_if<fem::PointEffector>(&effector);
+    effector_points.push_back(points ? points->points : std::vector<fem::Attachment>{});
+  }
+}
+
+Eigen::Vector3d Robot::position(const Eigen::VectorXd& x, int effector) const {
+  const std::vector<fem::Attachment>& points = effector_points[static_cast<std::size_t>(effector)];
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const fem::Attachment& point : points) sum += model.position(x, point);
+  return sum / static_cast<double>(points.size());
+}
+
+std::unique_ptr<Robot> build_model(const Config& config) {
+  return build(config, build_body(config, model_substance(config), config.loads));
+}
+
+std::unique_ptr<Robot> build_plant(const Config& config) {
+  if (!config.plant)
+    throw ConfigError(
+        fmt::format("{}: plant: the section is missing; it says what the simulated robot is made of",
+                    config.file.string()));
+  std::vector<LoadConfig> loads = config.loads;
+  loads.insert(loads.end(), config.plant->loads.begin(), config.plant->loads.end());
+  return build(config, build_body(config, plant_substance(config), loads));
+}
+
+hal::DisplacementUnit displacement_unit(const ActuatorConfig& actuator) {
+  return actuator.is_cavity() ? hal::DisplacementUnit{"ml", 1e6} : hal::DisplacementUnit{"mm", 1e3};
+}
+
+std::vector<EffectorRow> effector_rows(const Config& config) {
+  std::vector<EffectorRow> rows;
+  for (int k = 0; k < static_cast<int>(config.effectors.size()); ++k) {
+    const EffectorConfig& effector = config.effectors[k];
+    auto weight = effector.weights.begin();
+    if (effector.cavity) rows.push_back({k, EffectorRow::kVolume, *weight});
+    for (int axis = 0; axis < 3; ++axis)
+      if (!effector.cavity && effector.controlled[axis]) rows.push_back({k, axis, *weight++});
+  }
+  return rows;
+}
+
+rt::ControllerConfig controller_config(const Config& config) {
+  const auto m = static_cast<Eigen::Index>(config.actuators.size());
+  const auto rows = effector_rows(config);
+  rt::ControllerConfig result;
+  result.actuators = static_cast<int>(m);
+  result.effector_coordinates = static_cast<int>(rows.size());
+  for (auto* v : {&result.a_min, &result.a_max, &result.l_min, &result.l_max, &result.v_max}) v->resize(m);
+  for (Eigen::Index a = 0; a < m; ++a) {
+    const ActuatorConfig& actuator = config.actuators[a];
+    result.a_min[a] = actuator.effort_min;
+    result.a_max[a] = actuator.effort_max;
+    result.l_min[a] = actuator.displacement_min;
+    result.l_max[a] = actuator.displacement_max;
+    result.v_max[a] = actuator.top_rate;
+    result.follows_effort[a] = actuator.follows_effort();
+  }
+  const auto e = static_cast<Eigen::Index>(rows.size());
+  result.workspace_min.setZero(e);  // of volumes
+  result.workspace_max.setConstant(e, std::numeric_limits<double>::infinity());
+  for (Eigen::Index r = 0; r < e; ++r) {
+    if (!rows[r].is_position()) continue;
+    result.workspace_min[r] = config.control.workspace_min[rows[r].axis];
+    result.workspace_max[r] = config.control.workspace_max[rows[r].axis];
+  }
+  result.iteration_cap = config.control.iteration_cap.value_or(useful_iterations(result.actuators));
+  result.period_s = 1 / config.control.rate_hz;
+  result.snapshot_age_limit_ns = nanoseconds(config.control.snapshot_age_limit);
+  result.target_age_limit_ns = nanoseconds(config.control.target_age_limit);
+  result.late_cycles_limit = config.control.late_cycles_limit;
+  result.stop = config.control.stop;
+  return result;
+}
+
+hal::MasterConfig master_config(const Config& config) {
+  hal::MasterConfig result;
+  for (const ActuatorConfig& actuator : config.actuators) {
+    const DriveConfig& drive = actuator.drive;
+    hal::AxisConfig axis;
+    axis.name = actuator.name;
+    axis.node = drive.node;
+    axis.scale = drive.scale();
+    axis.set_point = drive.set_point;
+    axis.displacement_min = actuator.displacement_min;
+    axis.displacement_max = actuator.displacement_max;
+    axis.canopen = drive.canopen;
+    axis.odrive = {drive.velocity_limit, drive.current_limit};
+    result.axes.push_back(axis);
+  }
+  result.period_ns = nanoseconds(1 / config.control.rate_hz);
+  result.protocol = config.bus.protocol;
+  result.canopen.master_node = config.bus.master_node;
+  result.start_timeout_ns = result.canopen.boot_timeout_ns = nanoseconds(config.bus.boot_timeout);
+  result.enable_timeout_ns = nanoseconds(config.bus.enable_timeout);
+  result.canopen.sdo_timeout_ns = nanoseconds(config.bus.sdo_timeout);
+  result.odrive.firmware = config.bus.firmware;
+  result.odrive.encoder_period_ns = nanoseconds(config.bus.encoder_period);
+  result.heartbeat_ns = nanoseconds(config.bus.heartbeat);
+  result.heartbeat_timeout_ns = nanoseconds(config.bus.heartbeat_timeout);
+  result.feedback_timeout_ns = nanoseconds(config.bus.feedback_timeout);
+  for (const SensorConfig& sensor : config.sensors) result.sensors.push_back(sensor.frame);
+  return result;
+}
+
+}  // namespace tendril::app

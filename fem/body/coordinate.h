@@ -1,0 +1,122 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <variant>
+#include <vector>
+
+#include "fem/body/attachment.h"
+#include "fem/body/model.h"
+#include "fem/mesh/surface.h"
+#include "fem/sparse/stiffness_matrix.h"
+
+namespace tendril::fem {
+
+/// A point that a cable passes or a rod ends at: a material point of the body (in the model's
+/// numbering), or one that stands still (m).
+using CablePoint = std::variant<Attachment, Eigen::Vector3d>;
+
+/// A vector that is linear in the pose, Σ w_i x_i + c: the mean of points, or the way from one to another.
+/// What fixed nodes and still points contribute is in c.
+class LinearVector {
+ public:
+  struct Share {
+    int node;  ///< a free one; each occurs once
+    double weight;
+  };
+
+  void add(const Model& model, const CablePoint& point, double weight);
+  const std::vector<Share>& shares() const { return shares_; }  ///< by node, descending
+  std::vector<int> nodes() const;                               ///< of the shares
+  Eigen::Vector3d at(const Eigen::VectorXd& x) const;           ///< m
+
+  /// Adds the gradient of u · Σ w_i x_i to g (3N).
+  void add_gradient(const Eigen::Vector3d& u, Eigen::Ref<Eigen::VectorXd> g) const;
+
+ private:
+  std::vector<Share> shares_;
+  Eigen::Vector3d constant_ = Eigen::Vector3d::Zero();
+};
+
+// A generalised coordinate q(x) of the body is a scalar that an actuator drives, or that is to be controlled;
+// the effort that is conjugate to it puts the forces λ ∂q/∂x on the nodes. There are three kinds. Each has
+//   value(x)             q
+//   add_gradient(x, g)   g += ∂q/∂x, 3N
+//   add_curvature(x, scale, tangent, K)
+//                        K += scale ∂²q/∂x²; unless the tangent is exact, only a part that is positive
+//                        semidefinite
+//   cliques()            sets of nodes that its curvature couples beyond those of elements
+//   bind(K)              looks up once where in matrices of K's pattern the curvature goes
+//   nodes()              the free nodes it depends on, at whatever pose
+// Real-time: none of the first three allocates; their time depends on the number of nodes
+// involved alone.
+
+/// u · v(x): how far a point, or the mean of several, has come along a direction fixed in space, m.
+class Projection {
+ public:
+  Projection(LinearVector point, const Eigen::Vector3d& direction);
+
+  double value(const Eigen::VectorXd& x) const { return direction_.dot(point_.at(x)); }
+  void add_gradient(const Eigen::VectorXd&, Eigen::Ref<Eigen::VectorXd> g) const {
+    point_.add_gradient(direction_, g);
+  }
+  void add_curvature(const Eigen::VectorXd&, double, Tangent, StiffnessMatrix&) const {}  // linear
+  std::vector<std::vector<int>> cliques() const { return {}; }
+  void bind(const StiffnessMatrix&) {}
+  std::vector<int> nodes() const { return point_.nodes(); }
+
+ private:
+  LinearVector point_;
+  Eigen::Vector3d direction_;
+};
+
+/// ± the length of a line through points that it slides along, m.
+class Length {
+ public:
+  /// @param sign  +1 for a length, −1 for a shortness
+  Length(const Model& model, const std::vector<CablePoint>& points, double sign);
+
+  double value(const Eigen::VectorXd& x) const;
+  void add_gradient(const Eigen::VectorXd& x, Eigen::Ref<Eigen::VectorXd> g) const;
+  /// A segment of length L and direction u adds (±scale / L)(I − u uᵀ) to the relative motion of its ends.
+  void add_curvature(const Eigen::VectorXd& x, double scale, Tangent tangent, StiffnessMatrix& K) const;
+  std::vector<std::vector<int>> cliques() const;
+  void bind(const StiffnessMatrix& K);
+  std::vector<int> nodes() const;
+
+  /// Number of the first segment whose ends are in one place, or −1.
+  int collapsed(const Eigen::VectorXd& x) const;
+
+ private:
+  struct Segment {
+    LinearVector span;
+    std::vector<int> slots;  // of the pairs of shares (i, j ≤ i) in order
+  };
+  std::vector<Segment> segments_;
+  double sign_;
+};
+
+/// The volume that a closed surface encloses, m³, positive where the surface is seen counter-clockwise from
+/// inside: a cavity under the faces of the body around it.
+class Volume {
+ public:
+  /// @param surface  closed, in the model's numbering
+  Volume(const Model& model, std::vector<Face> surface);
+
+  double value(const Eigen::VectorXd& x) const;
+  void add_gradient(const Eigen::VectorXd& x, Eigen::Ref<Eigen::VectorXd> g) const;
+  /// Indefinite by nature, and so nothing unless the tangent is exact.
+  void add_curvature(const Eigen::VectorXd& x, double scale, Tangent tangent, StiffnessMatrix& K) const;
+  std::vector<std::vector<int>> cliques() const { return {}; }  // its edges are edges of elements
+  void bind(const StiffnessMatrix& K);
+  std::vector<int> nodes() const;
+
+ private:
+  const Model* model_;
+  std::vector<Face> surface_;
+  std::vector<std::array<int, 3>> slots_;  // of a face's pairs (1, 2), (2, 0), (0, 1)
+};
+
+using Coordinate = std::variant<Projection, Length, Volume>;
+
+}  // namespace tendril::fem

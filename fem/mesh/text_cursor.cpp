@@ -1,0 +1,82 @@
+#include "fem/mesh/text_cursor.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "fem/mesh/mesh.h"
+
+namespace tendril::fem {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r\n";
+constexpr size_t kShown = 24;  // characters of what was found
+
+}  // namespace
+
+TextCursor TextCursor::part(size_t begin, size_t end) const {
+  TextCursor result = *this;
+  result.position_ = result.last_ = begin;
+  result.end_ = end;
+  return result;
+}
+
+void TextCursor::skip_blanks() {
+  position_ = std::min(text_.find_first_not_of(kBlanks, position_), end_);
+  last_ = position_;
+}
+
+bool TextCursor::at_end() {
+  skip_blanks();
+  return position_ == end_;
+}
+
+std::string_view TextCursor::word() {
+  skip_blanks();
+  position_ = std::min(text_.find_first_of(kBlanks, position_), end_);
+  return text_.substr(last_, position_ - last_);
+}
+
+std::string_view TextCursor::line() {
+  last_ = position_;
+  const size_t end = std::min(text_.find('\n', position_), end_);
+  position_ = std::min(end + 1, end_);
+  std::string_view line = text_.substr(last_, end - last_);
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  return line;
+}
+
+std::string_view TextCursor::bytes(size_t count, std::string_view what) {
+  last_ = position_;
+  if (count > end_ - position_)
+    fail_with(fmt::format("found {} bytes, expected {} bytes of {}", end_ - position_, count, what));
+  position_ += count;
+  return text_.substr(last_, count);
+}
+
+size_t TextCursor::count(const char* what) {
+  const auto value = number<size_t>(what);
+  if (value > end_ - position_)
+    fail_with(fmt::format("found {} for {}, but only {} bytes are left", value, what, end_ - position_));
+  return value;
+}
+
+void TextCursor::fail(std::string_view expected) const {
+  if (last_ >= end_) fail_with(fmt::format("found the end of what is there, expected {}", expected));
+  std::string found;
+  for (const char c : text_.substr(last_, std::clamp<size_t>(position_ - last_, 1, kShown)))
+    found += c >= ' ' && c <= '~' ? c : '?';
+  fail_with(fmt::format("found '{}', expected {}", found, expected));
+}
+
+void TextCursor::fail_with(const std::string& sentence) const {
+  throw MeshError(fmt::format("{}: {}", place(), sentence));
+}
+
+std::string TextCursor::place() const {
+  if (!by_line_) return fmt::format("{}: byte {}", file_, last_);
+  const auto before = text_.substr(0, last_);
+  return fmt::format("{}:{}", file_, 1 + std::count(before.begin(), before.end(), '\n'));
+}
+
+}  // namespace tendril::fem

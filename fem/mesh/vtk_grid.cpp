@@ -1,0 +1,118 @@
+#include "fem/mesh/vtk_grid.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <set>
+
+#include "fem/mesh/mesh_builder.h"
+
+namespace tendril::fem {
+namespace {
+
+// VTK's cell types [vtkCellType.h]: the tetrahedron, and those without a volume.
+constexpr std::int64_t kVtkTet = 10;
+const std::set<std::int64_t> kCurvedTets = {24, 71, 78};
+const std::set<std::int64_t> kVtkFlatTypes = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  21, 22,
+                                              23, 28, 30, 34, 35, 36, 68, 69, 70, 75, 76, 77};
+// An array with more values than this numbers the cells and does not sort them.
+constexpr size_t kMostLabels = 64;
+
+template <typename Stored, typename T>
+std::vector<T> numbers_stored_as(std::string_view bytes, bool big_endian) {
+  std::vector<T> result(bytes.size() / sizeof(Stored));
+  for (size_t k = 0; k < result.size(); ++k) {
+    std::array<char, sizeof(Stored)> raw{};
+    bytes.copy(raw.data(), sizeof(Stored), k * sizeof(Stored));
+    if (big_endian != (std::endian::native == std::endian::big)) std::reverse(raw.begin(), raw.end());
+    result[k] = static_cast<T>(std::bit_cast<Stored>(raw));
+  }
+  return result;
+}
+
+/// For each cell the names of its groups: `array_value`.
+std::vector<std::vector<std::string>> groups_of_cells(const VtkGrid& grid) {
+  std::vector<std::vector<std::string>> groups(grid.types.size());
+  for (const auto& [name, values] : grid.labels) {
+    if (values.size() != groups.size()) continue;  // counted against other cells, if any
+    if (std::set(values.begin(), values.end()).size() > kMostLabels) continue;
+    for (size_t k = 0; k < groups.size(); ++k) groups[k].push_back(fmt::format("{}_{}", name, values[k]));
+  }
+  return groups;
+}
+
+void check_tet(const VtkGrid& grid, size_t cell, std::int64_t nodes, const std::string& file) {
+  const std::int64_t type = grid.types[cell];
+  if (kCurvedTets.contains(type))
+    throw MeshError(
+        fmt::format("{}: cell {} is a second-order tetrahedron (type {}), expected linear ones (type "
+                    "{}); export with element order 1",
+                    file, cell, type, kVtkTet));
+  if (type != kVtkTet)
+    throw MeshError(
+        fmt::format("{}: cell {} is a solid of type {}, expected linear tetrahedra (type {}); divide it "
+                    "into such (ParaView: Tetrahedralize)",
+                    file, cell, type, kVtkTet));
+  if (nodes != 4)
+    throw MeshError(fmt::format("{}: cell {} is a tetrahedron with {} nodes, expected 4", file, cell, nodes));
+}
+
+}  // namespace
+
+Mesh to_mesh(VtkGrid grid, const std::string& file) {
+  const auto groups = groups_of_cells(grid);
+  MeshBuilder builder(std::move(grid.points));
+  std::vector<int> nodes;
+  std::int64_t begin = 0;
+  for (size_t cell = 0; cell < grid.types.size(); ++cell) {
+    const std::int64_t end = grid.offsets[cell];
+    if (end < begin || end > std::ssize(grid.connectivity))
+      throw MeshError(fmt::format("{}: cell {} ends at place {} of the connectivity, expected {} to {}", file,
+                                  cell, end, begin, grid.connectivity.size()));
+    nodes.clear();
+    for (; begin < end; ++begin) {
+      const std::int64_t node = grid.connectivity[begin];
+      if (node < 0 || node >= builder.node_count())
+        throw MeshError(fmt::format("{}: cell {} names point {}, expected 0 to {}", file, cell, node,
+                                    builder.node_count() - 1));
+      nodes.push_back(static_cast<int>(node));
+    }
+    if (kVtkFlatTypes.contains(grid.types[cell])) {
+      builder.add_nodes(nodes, groups[cell]);
+    } else {
+      check_tet(grid, cell, std::ssize(nodes), file);
+      builder.add_tet({nodes[0], nodes[1], nodes[2], nodes[3]}, groups[cell]);
+    }
+  }
+  return std::move(builder).finish();
+}
+
+template <typename T>
+std::vector<T> numbers(std::string_view bytes, NumberType type, bool big_endian) {
+  using enum NumberType::Kind;
+  if (type.kind == kFloat)
+    return type.bytes == 4 ? numbers_stored_as<float, T>(bytes, big_endian)
+                           : numbers_stored_as<double, T>(bytes, big_endian);
+  const bool is_signed = type.kind == kSigned;
+  switch (type.bytes) {
+    case 1:
+      return is_signed ? numbers_stored_as<std::int8_t, T>(bytes, big_endian)
+                       : numbers_stored_as<std::uint8_t, T>(bytes, big_endian);
+    case 2:
+      return is_signed ? numbers_stored_as<std::int16_t, T>(bytes, big_endian)
+                       : numbers_stored_as<std::uint16_t, T>(bytes, big_endian);
+    case 4:
+      return is_signed ? numbers_stored_as<std::int32_t, T>(bytes, big_endian)
+                       : numbers_stored_as<std::uint32_t, T>(bytes, big_endian);
+    default:
+      return is_signed ? numbers_stored_as<std::int64_t, T>(bytes, big_endian)
+                       : numbers_stored_as<std::uint64_t, T>(bytes, big_endian);
+  }
+}
+
+template std::vector<double> numbers(std::string_view, NumberType, bool);
+template std::vector<std::int64_t> numbers(std::string_view, NumberType, bool);
+
+}  // namespace tendril::fem

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fem/mesh/mesh.h"
+
+namespace tendril::fem {
+
+/// An unstructured grid as both of VTK's file formats hold it.
+struct VtkGrid {
+  Eigen::Matrix3Xd points;                                  ///< 3 × n
+  std::vector<std::int64_t> types;                          ///< VTK's cell type of each cell
+  std::vector<std::int64_t> offsets;                        ///< where each cell's nodes end in connectivity
+  std::vector<std::int64_t> connectivity;                   ///< node indices, cell after cell
+  std::map<std::string, std::vector<std::int64_t>> labels;  ///< cell arrays of whole numbers, by name
+};
+
+/// The mesh of the grid's tetrahedra, with a region and a volume for each value of each label.
+/// @throws MeshError naming the file and the cell
+Mesh to_mesh(VtkGrid grid, const std::string& file);
+
+/// How a number is stored.
+struct NumberType {
+  enum class Kind { kSigned, kUnsigned, kFloat };
+  Kind kind;
+  size_t bytes;
+  bool whole() const { return kind != Kind::kFloat; }
+};
+
+/// The numbers in `bytes`, whose length is a multiple of the type's.
+template <typename T>
+std::vector<T> numbers(std::string_view bytes, NumberType type, bool big_endian);
+
+}  // namespace tendril::fem

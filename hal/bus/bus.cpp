@@ -1,0 +1,19 @@
+#include "hal/bus/bus.h"
+
+namespace tendril::hal {
+
+const char* to_text(BusHealth health) noexcept {
+  switch (health) {
+    case BusHealth::kActive:
+      return "error-active";
+    case BusHealth::kPassive:
+      return "error-passive";
+    case BusHealth::kOff:
+      return "bus-off";
+    case BusHealth::kDown:
+      break;
+  }
+  return "down";
+}
+
+}  // namespace tendril::hal

@@ -1,0 +1,298 @@
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstddef>
+#include <cstring>
+#include <thread>
+
+#include "hal/bus/bus_backends.h"
+#include "hal/bus/can_wire.h"
+
+// A bus on a UNIX socket of packets, each with the frames of one call of `send`: the peer is woken once for
+// all of them. The host, which is the robot, hands every packet of a joiner to all others, so that everyone
+// hears everyone as on a wire.
+
+namespace tendril::hal {
+namespace {
+
+constexpr int kMaxJoiners = 32;
+constexpr int kFramesPerPacket = 128;  // a FrameBatch fits
+constexpr auto kRetry = std::chrono::milliseconds(20);
+
+/// Frames that travel together, each as the kernel's struct can_frame.
+struct Packet {
+  int64_t stamp_ns;  // when they were sent, which on this bus is when they arrive; CLOCK_MONOTONIC
+  std::array<can_frame, kFramesPerPacket> frames;
+
+  static size_t size_of(int count) noexcept { return offsetof(Packet, frames) + count * sizeof(can_frame); }
+};
+
+enum class Moved { kYes, kNotNow, kGone };
+
+Moved write_packet(int fd, const Packet& packet, int count) noexcept {
+  const size_t size = Packet::size_of(count);
+  if (::send(fd, &packet, size, MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(size))
+    return Moved::kYes;
+  return errno == EAGAIN || errno == ENOBUFS || errno == EINTR ? Moved::kNotNow : Moved::kGone;
+}
+
+/// A packet of another size, or one with an error frame, is from no peer of ours.
+Moved read_packet(int fd, Packet& packet, int& count) noexcept {
+  const ssize_t size = ::recv(fd, &packet, sizeof packet, MSG_DONTWAIT | MSG_TRUNC);
+  if (size < 0) return errno == EAGAIN || errno == EINTR ? Moved::kNotNow : Moved::kGone;
+  const ssize_t n =
+      (size - static_cast<ssize_t>(Packet::size_of(0))) / static_cast<ssize_t>(sizeof(can_frame));
+  if (n < 1 || n > kFramesPerPacket || static_cast<ssize_t>(Packet::size_of(static_cast<int>(n))) != size)
+    return Moved::kGone;
+  for (ssize_t i = 0; i < n; ++i)
+    if (packet.frames[i].can_id & CAN_ERR_FLAG) return Moved::kGone;
+  count = static_cast<int>(n);
+  return Moved::kYes;
+}
+
+/// Splits frames into packets and moves each with `move` until one cannot be moved.
+/// @return how many frames were moved
+template <typename Move>
+int move_in_packets(std::span<const Frame> frames, Move move) noexcept {
+  int moved = 0;
+  Packet packet;
+  packet.stamp_ns = read_clock_ns(CLOCK_MONOTONIC);
+  while (!frames.empty()) {
+    const int count = static_cast<int>(std::min<size_t>(frames.size(), kFramesPerPacket));
+    std::transform(frames.begin(), frames.begin() + count, packet.frames.begin(), to_wire);
+    if (!move(packet, count)) break;
+    moved += count;
+    frames = frames.subspan(count);
+  }
+  return moved;
+}
+
+/// The packet that is being taken apart.
+class Inbox {
+ public:
+  bool empty() const noexcept { return next_ == count_; }
+  Frame take() noexcept { return from_wire(packet_.frames[next_++], packet_.stamp_ns); }
+  /// The next packet of a peer takes the place of this one, which is empty.
+  Moved fill(int fd) noexcept {
+    const Moved moved = read_packet(fd, packet_, count_);
+    if (moved == Moved::kYes) next_ = 0;
+    return moved;
+  }
+  const Packet& packet() const noexcept { return packet_; }
+  int count() const noexcept { return count_; }
+
+ private:
+  Packet packet_;
+  int count_ = 0, next_ = 0;
+};
+
+class LocalJoiner final : public Bus {
+ public:
+  LocalJoiner(Descriptor socket, std::string path) : socket_(std::move(socket)), path_(std::move(path)) {}
+
+  SendResult send(std::span<const Frame> frames) noexcept override {
+    if (gone_) return SendResult::kDown;
+    Moved last = Moved::kYes;
+    const int sent = move_in_packets(frames, [&](const Packet& packet, int count) {
+      last = write_packet(socket_.get(), packet, count);
+      return last == Moved::kYes;
+    });
+    if (last == Moved::kYes) return SendResult::kSent;
+    gone_ = last == Moved::kGone;
+    if (gone_) return SendResult::kDown;
+    dropped_ += frames.size() - sent;
+    return SendResult::kQueueFull;
+  }
+
+  int receive(std::span<Frame> frames) noexcept override {
+    int taken = 0;
+    for (Frame& frame : frames) {
+      if (inbox_.empty()) {
+        const Moved moved = inbox_.fill(socket_.get());
+        gone_ = gone_ || moved == Moved::kGone;
+        if (moved != Moved::kYes) break;
+      }
+      frame = inbox_.take();
+      ++taken;
+    }
+    return taken;
+  }
+
+  BusHealth health() const noexcept override { return gone_ ? BusHealth::kDown : BusHealth::kActive; }
+  uint64_t dropped() const noexcept override { return dropped_; }
+  int descriptor() const noexcept override { return socket_.get(); }
+  std::string describe() const override { return "local bus at " + path_; }
+
+ private:
+  Descriptor socket_;
+  std::string path_;
+  Inbox inbox_;
+  bool gone_ = false;  // the host does not come back under this socket
+  uint64_t dropped_ = 0;
+};
+
+class LocalHost final : public Bus {
+ public:
+  LocalHost(Descriptor listener, Descriptor poller, std::string path)
+      : listener_(std::move(listener)), poller_(std::move(poller)), path_(std::move(path)) {}
+
+  ~LocalHost() override {
+    ::unlink(path_.c_str());
+    while (joiners_ > 0) remove(0);
+  }
+
+  SendResult send(std::span<const Frame> frames) noexcept override {
+    move_in_packets(frames, [this](const Packet& packet, int count) {
+      broadcast(packet, count, -1);
+      return true;
+    });
+    return SendResult::kSent;  // as on a wire: the sender does not learn who had no room
+  }
+
+  int receive(std::span<Frame> frames) noexcept override {
+    int taken = 0;
+    for (Frame& frame : frames) {
+      if (inbox_.empty() && !fill_inbox()) break;
+      frame = inbox_.take();
+      ++taken;
+    }
+    return taken;
+  }
+
+  BusHealth health() const noexcept override { return BusHealth::kActive; }
+  uint64_t dropped() const noexcept override { return dropped_; }
+  int descriptor() const noexcept override { return poller_.get(); }
+  std::string describe() const override { return "local bus at " + path_ + ", host"; }
+
+ private:
+  void accept_one() noexcept {
+    const int fd = ::accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (fd < 0) return;
+    epoll_event event{};
+    event.events = EPOLLIN;
+    if (joiners_ == kMaxJoiners || ::epoll_ctl(poller_.get(), EPOLL_CTL_ADD, fd, &event) != 0)
+      ::close(fd);
+    else
+      fds_[joiners_++] = fd;
+  }
+
+  /// Fetches the packet of the joiner whose turn it is and relays it. @return false where nobody has any
+  bool fill_inbox() noexcept {
+    accept_one();
+    for (int tried = 0; tried < joiners_;) {
+      next_ = next_ < joiners_ ? next_ : 0;
+      switch (inbox_.fill(fds_[next_])) {
+        case Moved::kYes:
+          broadcast(inbox_.packet(), inbox_.count(), fds_[next_]);
+          ++next_;  // the others are heard before this one is heard again
+          return true;
+        case Moved::kNotNow:
+          ++next_, ++tried;
+          break;
+        case Moved::kGone:
+          remove(next_);
+          break;
+      }
+    }
+    return false;
+  }
+
+  /// Who turns out to be gone is removed when it is next read.
+  void broadcast(const Packet& packet, int count, int except) noexcept {
+    for (int i = 0; i < joiners_; ++i)
+      if (fds_[i] != except && write_packet(fds_[i], packet, count) == Moved::kNotNow) dropped_ += count;
+  }
+
+  void remove(int i) noexcept {
+    ::close(fds_[i]);
+    fds_[i] = fds_[--joiners_];
+  }
+
+  Descriptor listener_, poller_;
+  std::string path_;
+  std::array<int, kMaxJoiners> fds_{};
+  Inbox inbox_;
+  int joiners_ = 0;
+  int next_ = 0;  // whose turn it is
+  uint64_t dropped_ = 0;
+};
+
+[[noreturn]] void refuse_local(const std::string& what) { throw BusError(what); }
+
+std::string reason(int error) { return std::strerror(error); }
+
+sockaddr_un address_of(const std::string& path) {
+  sockaddr_un address{};
+  if (path.empty() || path.size() >= sizeof address.sun_path)
+    refuse_local("the path of a local bus must have 1.." + std::to_string(sizeof address.sun_path - 1) +
+                 " characters; 'local:" + path + "' has not");
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, path.size());
+  return address;
+}
+
+Descriptor open_socket() {
+  Descriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  if (socket.get() < 0) refuse_local("cannot open a local socket: " + reason(errno));
+  return socket;
+}
+
+/// errno of a try to connect, 0 for success.
+int try_connect(const Descriptor& socket, const sockaddr_un& address) noexcept {
+  const auto* generic = reinterpret_cast<const sockaddr*>(&address);
+  return ::connect(socket.get(), generic, sizeof address) == 0 ? 0 : errno;
+}
+
+/// Removes what a host that died left at the path; anything else there stays and is an error.
+void clear_stale(const std::string& path, const sockaddr_un& address) {
+  struct stat status {};
+  if (::lstat(path.c_str(), &status) != 0) return;
+  if (!S_ISSOCK(status.st_mode)) refuse_local("'" + path + "' exists and is no socket; choose another path");
+  const int error = try_connect(open_socket(), address);
+  if (error != ECONNREFUSED)
+    refuse_local("a local bus at '" + path +
+                 "' has a host already; stop that program or choose another path");
+  ::unlink(path.c_str());
+}
+
+}  // namespace
+
+std::unique_ptr<Bus> host_local_bus(const std::string& path) {
+  const sockaddr_un address = address_of(path);
+  clear_stale(path, address);
+  Descriptor listener = open_socket();
+  const auto* generic = reinterpret_cast<const sockaddr*>(&address);
+  if (::bind(listener.get(), generic, sizeof address) != 0 || ::listen(listener.get(), kMaxJoiners) != 0)
+    refuse_local("cannot listen at '" + path + "': " + reason(errno) +
+                 "; the folder must exist and be writable");
+  Descriptor poller(::epoll_create1(EPOLL_CLOEXEC));
+  epoll_event event{};
+  event.events = EPOLLIN;
+  if (poller.get() < 0 || ::epoll_ctl(poller.get(), EPOLL_CTL_ADD, listener.get(), &event) != 0)
+    refuse_local("cannot watch the local bus at '" + path + "': " + reason(errno));
+  return std::make_unique<LocalHost>(std::move(listener), std::move(poller), path);
+}
+
+std::unique_ptr<Bus> join_local_bus(const std::string& path, int64_t wait_ns) {
+  const sockaddr_un address = address_of(path);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::nanoseconds(wait_ns);
+  while (true) {
+    Descriptor socket = open_socket();
+    const int error = try_connect(socket, address);
+    if (error == 0) return std::make_unique<LocalJoiner>(std::move(socket), path);
+    const bool may_come = error == ENOENT || error == ECONNREFUSED || error == EAGAIN;
+    if (!may_come) refuse_local("cannot join the local bus at '" + path + "': " + reason(error));
+    if (std::chrono::steady_clock::now() >= deadline) break;
+    std::this_thread::sleep_for(kRetry);
+  }
+  refuse_local("nobody has hosted a local bus at '" + path + "' for " + std::to_string(wait_ns / 1'000'000) +
+               " ms; start the plant first (tendril-plant), or check the path");
+}
+
+}  // namespace tendril::hal

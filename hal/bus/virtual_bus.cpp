@@ -1,0 +1,58 @@
+#include "hal/bus/virtual_bus.h"
+
+#include <utility>
+
+namespace tendril::hal {
+
+VirtualEndpoint::VirtualEndpoint(VirtualBus& medium, std::string name, int capacity)
+    : medium_(medium), name_(std::move(name)), queue_(static_cast<size_t>(capacity)) {}
+
+bool VirtualEndpoint::connected() const noexcept {
+  return plugged_ && health_ != BusHealth::kOff && health_ != BusHealth::kDown;
+}
+
+SendResult VirtualEndpoint::send(std::span<const Frame> frames) noexcept {
+  if (health_ == BusHealth::kOff || health_ == BusHealth::kDown) return SendResult::kDown;
+  if (plugged_)
+    for (const Frame& frame : frames) medium_.broadcast(*this, frame);
+  return SendResult::kSent;
+}
+
+int VirtualEndpoint::receive(std::span<Frame> frames) noexcept {
+  int taken = 0;
+  for (Frame& frame : frames) {
+    if (size_ == 0 || queue_[head_].stamp_ns > medium_.now_ns_) break;
+    frame = queue_[head_];
+    head_ = (head_ + 1) % queue_.size();
+    --size_;
+    ++taken;
+  }
+  return taken;
+}
+
+std::string VirtualEndpoint::describe() const { return "virtual bus, node " + name_; }
+
+void VirtualEndpoint::push(const Frame& frame) noexcept {
+  if (size_ == queue_.size()) {
+    ++dropped_;
+    return;
+  }
+  queue_[(head_ + size_) % queue_.size()] = frame;
+  ++size_;
+}
+
+VirtualBus::VirtualBus(int64_t delay_ns, int capacity) : delay_ns_(delay_ns), capacity_(capacity) {}
+
+VirtualEndpoint& VirtualBus::attach(std::string name) {
+  endpoints_.emplace_back(new VirtualEndpoint(*this, std::move(name), capacity_));
+  return *endpoints_.back();
+}
+
+void VirtualBus::broadcast(const VirtualEndpoint& from, const Frame& frame) noexcept {
+  Frame arriving = frame;
+  arriving.stamp_ns = now_ns_ + delay_ns_;
+  for (const auto& endpoint : endpoints_)
+    if (endpoint.get() != &from && endpoint->connected()) endpoint->push(arriving);
+}
+
+}  // namespace tendril::hal

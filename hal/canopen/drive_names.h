@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "hal/canopen/sdo_upload.h"
+
+namespace tendril::hal {
+
+/// What a drive calls itself: device name, hardware version, software version. [CiA 301, objects 1008, 1009,
+/// 100A] All are optional: a drive that refuses one has an empty text there.
+class DriveNames {
+ public:
+  /// As for SdoUpload.
+  DriveNames(int node, int64_t timeout_ns, int attempts) noexcept : upload_(node, timeout_ns, attempts) {}
+
+  /// Begins to ask for them. Real-time: yes.
+  void start() noexcept;
+
+  /// Takes in an answer of the drive. Real-time: yes.
+  void receive(const SdoAnswer& answer) noexcept { upload_.receive(answer); }
+
+  /// Sends the next request if one is due: at most one frame.
+  /// @return  kFailed where the drive does not answer at all
+  /// Real-time: yes (bounded, no allocation).
+  SdoUpload::Status advance(int64_t now_ns, FrameBatch& out) noexcept;
+
+  /// Whether all were asked for; none is written any more then, until `start`. Real-time: yes.
+  bool known() const noexcept { return at_ == kCount; }
+
+  /// The one that is asked for, until all are known. Real-time: yes.
+  ObjectAddress object() const noexcept { return {kObjects[at_], 0}; }
+
+  /// "EPOS4 Module 50/5, hardware 6551, software 0170". Real-time: no (allocates).
+  std::string sentence() const;
+
+ private:
+  static constexpr int kCount = 3;
+  static constexpr uint16_t kObjects[kCount] = {0x1008, 0x1009, 0x100A};
+
+  std::string printable(int which) const;
+
+  SdoUpload upload_;
+  std::array<std::array<char, SdoUpload::kCapacity>, kCount> texts_{};
+  std::array<int, kCount> sizes_{};
+  int at_ = 0;  // of kObjects
+};
+
+}  // namespace tendril::hal

@@ -1,0 +1,113 @@
+#include "hal/canopen/sdo_sequence.h"
+
+namespace tendril::hal {
+namespace {
+
+/// The value of an object of up to four bytes.
+uint32_t value_of(std::string_view bytes) noexcept {
+  uint32_t value = 0;
+  for (size_t i = 0; i < bytes.size() && i < 4; ++i)
+    value |= static_cast<uint32_t>(static_cast<uint8_t>(bytes[i])) << (8 * i);
+  return value;
+}
+
+uint32_t bits_of(int size) noexcept { return size == 0 || size >= 4 ? 0xFFFF'FFFF : (1u << (8 * size)) - 1; }
+
+bool passes_over(Tolerance tolerance, uint32_t abort) noexcept {
+  return tolerance == Tolerance::kAny ||
+         (tolerance == Tolerance::kAbsence && abort == static_cast<uint32_t>(SdoAbort::kNoObject));
+}
+
+}  // namespace
+
+void SdoSequence::start(std::span<const SdoStep> steps) noexcept {
+  steps_ = steps;
+  at_ = 0;
+  status_ = steps.empty() ? Status::kDone : Status::kRunning;
+  failure_ = 0;
+  if (!steps.empty()) begin_step();
+}
+
+void SdoSequence::begin_step() noexcept {
+  attempt_ = 0;
+  other_value_ = uploading_ = false;
+  reads_ = request().kind == SdoRequest::Kind::kRead || steps_[at_].only_if_other;
+}
+
+void SdoSequence::receive(const SdoAnswer& answer) noexcept {
+  if (status_ != Status::kRunning || attempt_ == 0) return;
+  if (uploading_) return upload_.receive(answer);
+  if (reads_ || !(answer.object == request().object)) return;
+  if (answer.kind == SdoAnswer::Kind::kWritten) next_step();
+  if (answer.kind == SdoAnswer::Kind::kAbort) refuse(answer.value);
+}
+
+SdoSequence::Status SdoSequence::advance(int64_t now_ns, FrameBatch& out) noexcept {
+  if (status_ != Status::kRunning || (uploading_ && uploads(now_ns, out))) return status_;
+  if (status_ != Status::kRunning) return status_;
+  if (attempt_ > 0 && now_ns - asked_ns_ < timeout_ns_) return status_;
+  if (attempt_ == attempts_) {
+    status_ = Status::kFailed;
+    failure_ = other_value_ ? 0 : static_cast<uint32_t>(SdoAbort::kTimeout);
+    return status_;
+  }
+  ask(now_ns, out);
+  return status_;
+}
+
+void SdoSequence::ask(int64_t now_ns, FrameBatch& out) noexcept {
+  ++attempt_;
+  asked_ns_ = now_ns;
+  uploading_ = reads_;
+  if (reads_) {
+    upload_.start(request().object);
+    upload_.advance(now_ns, out);
+  } else {
+    out.push(encode_sdo_request(node_, request()));
+  }
+}
+
+/// Goes on with an upload. @return whether that takes up this turn
+bool SdoSequence::uploads(int64_t now_ns, FrameBatch& out) noexcept {
+  const SdoUpload::Status status = upload_.advance(now_ns, out);
+  if (status == SdoUpload::Status::kRunning) return true;
+  uploading_ = false;
+  if (status == SdoUpload::Status::kDone) {
+    judge(value_of(upload_.text()));
+    return false;
+  }
+  // What has not been answered has just been aborted, with a frame; it is asked again next time.
+  if (upload_.failure() == static_cast<uint32_t>(SdoAbort::kTimeout)) return true;
+  refuse(upload_.failure());
+  return false;
+}
+
+void SdoSequence::judge(uint32_t value) noexcept {
+  const SdoStep& step = steps_[at_];
+  found_ = value;
+  if (step.only_if_other) {
+    if (((value ^ step.request.value) & bits_of(step.request.size)) == 0) return next_step();
+    reads_ = false;
+    attempt_ = 0;
+  } else {
+    other_value_ = ((value ^ step.expected) & step.mask) != 0;
+    if (!other_value_) next_step();
+  }
+}
+
+void SdoSequence::refuse(uint32_t abort) noexcept {
+  if (passes_over(steps_[at_].tolerance, abort)) return next_step();
+  status_ = Status::kFailed;
+  failure_ = abort;
+}
+
+void SdoSequence::next_step() noexcept {
+  if (at_ + 1 == steps_.size()) {
+    status_ = Status::kDone;
+  } else {
+    ++at_;
+    begin_step();
+  }
+}
+
+}  // namespace tendril::hal

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "hal/bus/frame_batch.h"
+#include "hal/canopen/canopen.h"
+#include "hal/canopen/sdo_upload.h"
+
+namespace tendril::hal {
+
+/// Which refusals of a step are passed over.
+enum class Tolerance : uint8_t {
+  kNone,
+  kAbsence,  // the drive has no such object
+  kAny
+};
+
+/// One entry to write, or to read and compare.
+struct SdoStep {
+  SdoRequest request;
+  uint32_t expected = 0;        // kRead: the value the drive must show,
+  uint32_t mask = 0xFFFF'FFFF;  // in these bits
+  bool only_if_other = false;   // kWrite: read first, and not written where it has the value already
+  Tolerance tolerance = Tolerance::kNone;
+};
+
+/// Works through a list of SDO transfers with one drive, one transfer at a time, without ever waiting.
+///
+/// A transfer that is not answered in time is asked again; a late answer to the first question then serves as
+/// the answer to the second. A read that shows another value than expected counts as not answered. Values are
+/// of four bytes at most, which a drive may also send in segments.
+class SdoSequence {
+ public:
+  enum class Status : uint8_t { kRunning, kDone, kFailed };
+
+  /// @param node        the drive, 1..127
+  /// @param timeout_ns  for each attempt
+  /// @param attempts    at each step, at least 1
+  SdoSequence(int node, int64_t timeout_ns, int attempts) noexcept
+      : node_(node), timeout_ns_(timeout_ns), attempts_(attempts), upload_(node, timeout_ns, 1) {}
+
+  /// Begins a list, which must outlive its execution. Real-time: yes.
+  void start(std::span<const SdoStep> steps) noexcept;
+
+  /// Takes in an answer of the drive; one that fits no open question is ignored. Real-time: yes.
+  void receive(const SdoAnswer& answer) noexcept;
+
+  /// Sends the next request if one is due: at most one frame. Real-time: yes (bounded, no allocation).
+  Status advance(int64_t now_ns, FrameBatch& out) noexcept;
+
+  /// kFailed: the abort code, SdoAbort::kTimeout where no answer came, or 0 where a read showed another
+  /// value, see `found`. Real-time: yes.
+  uint32_t failure() const noexcept { return failure_; }
+
+  /// What the last read showed. Real-time: yes.
+  uint32_t found() const noexcept { return found_; }
+
+  /// kFailed: the step concerned. Real-time: yes.
+  const SdoStep& step() const noexcept { return steps_[at_]; }
+
+ private:
+  const SdoRequest& request() const noexcept { return steps_[at_].request; }
+  void begin_step() noexcept;
+  void next_step() noexcept;
+  void ask(int64_t now_ns, FrameBatch& out) noexcept;
+  bool uploads(int64_t now_ns, FrameBatch& out) noexcept;
+  void judge(uint32_t value) noexcept;
+  void refuse(uint32_t abort) noexcept;
+
+  int node_;
+  int64_t timeout_ns_;
+  int attempts_;
+  std::span<const SdoStep> steps_;
+  size_t at_ = 0;
+  Status status_ = Status::kDone;
+  SdoUpload upload_;
+  bool reads_ = false;      // the present transfer is an upload
+  bool uploading_ = false;  // which has not ended
+  int attempt_ = 0;         // of the present transfer; 0: not asked yet
+  int64_t asked_ns_ = 0;
+  uint32_t failure_ = 0;
+  bool other_value_ = false;
+  uint32_t found_ = 0;
+};
+
+}  // namespace tendril::hal

@@ -1,0 +1,139 @@
+#include "hal/cia402/cia402_master.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "hal/cia402/cia402_setup.h"
+
+namespace tendril::hal {
+namespace {
+
+// Axes set up at the same time: their SDO traffic must fit in a cycle beside the PDOs of those that run.
+constexpr int kSetUpAtOnce = 4;
+
+MasterConfig checked_canopen(MasterConfig config) {
+  check_cia402(config);
+  return config;
+}
+
+std::string format(const char* pattern, auto... values) {
+  char text[160];
+  std::snprintf(text, sizeof text, pattern, values...);
+  return text;
+}
+
+/// "object 1600:2 (the second object in RPDO 1)".
+std::string object_text(uint32_t object) {
+  return format("object %04X:%u", object >> 8, object & 0xFF) + describe_set_up_object(object);
+}
+
+}  // namespace
+
+Cia402Master::Cia402Master(MasterConfig config)
+    : config_(checked_canopen(std::move(config))), supervisor_(config_) {
+  axes_.reserve(config_.axes.size());
+  for (const AxisConfig& axis : config_.axes) axes_.emplace_back(axis, config_);
+}
+
+std::vector<uint32_t> Cia402Master::identifiers() const {
+  std::vector<uint32_t> ids = supervisor_.identifiers();
+  for (const AxisConfig& axis : config_.axes)
+    for (const uint32_t base : {kEmergencyBase, kSdoAnswerBase, kHeartbeatBase})
+      ids.push_back(base + static_cast<uint32_t>(axis.node));
+  for (const AxisConfig& axis : config_.axes) ids.push_back(tpdo_cob_id(axis));
+  return ids;
+}
+
+void Cia402Master::receive(const Frame& frame, int64_t arrival_ns) noexcept {
+  if (supervisor_.receive_sensor(frame, arrival_ns)) return;
+  for (Cia402Axis& axis : axes_) axis.receive(frame, arrival_ns);
+}
+
+const Measurement& Cia402Master::measure(BusHealth health, int64_t now_ns) noexcept {
+  return supervisor_.measure(axes_, health, now_ns, synced_ns_);
+}
+
+void Cia402Master::command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept {
+  if (command.reset) supervisor_.reset(axes_);
+  const Measurement& known = supervisor_.measurement();
+  if (now_ns >= next_heartbeat_ns_) {
+    out.push(encode_heartbeat(config_.canopen.master_node, NmtState::kOperational));
+    next_heartbeat_ns_ = now_ns + config_.heartbeat_ns;
+  }
+  if (command.finish && !command.enable && known.all_disabled)
+    for (Cia402Axis& axis : axes_) axis.release(out);
+  set_up(now_ns, out);
+  const bool may_begin = known.all_known && !supervisor_.faulted();
+  const int homing = command.finish ? -1 : axis_to_home();
+  const auto task = command.enable ? Cia402Axis::Task::kFollow : Cia402Axis::Task::kRest;
+  for (int i = 0; i < known.axes; ++i)
+    axes_[i].drive(i == homing ? Cia402Axis::Task::kHome : task, i == homing || may_begin, known.all_enabled,
+                   {command.position[i], command.effort[i]}, now_ns, out);
+  if (std::any_of(axes_.begin(), axes_.end(), [](const Cia402Axis& axis) { return axis.synchronous(); })) {
+    out.push(encode_sync());
+    synced_ns_ = now_ns;
+  }
+}
+
+void Cia402Master::set_up(int64_t now_ns, FrameBatch& out) noexcept {
+  int busy = 0;
+  for (Cia402Axis& axis : axes_)
+    if (!axis.setting_up() || ++busy <= kSetUpAtOnce) axis.set_up(now_ns, out);
+  for (size_t i = 0; i < axes_.size(); ++i)
+    if (axes_[i].names().known()) identified_[i].store(true, std::memory_order_release);
+}
+
+/// @return the axis whose turn it is; -1: none, or not yet
+int Cia402Master::axis_to_home() const noexcept {
+  const bool all_there = std::all_of(axes_.begin(), axes_.end(),
+                                     [this](const Cia402Axis& axis) { return axis.connected(synced_ns_); });
+  if (!all_there || supervisor_.faulted()) return -1;
+  for (size_t i = 0; i < axes_.size(); ++i)
+    if (axes_[i].needs_homing()) return static_cast<int>(i);
+  return -1;
+}
+
+std::string Cia402Master::identity(int axis) const {
+  if (!identified_[static_cast<size_t>(axis)].load(std::memory_order_acquire)) return "";
+  return name_of(config_, axis) + ": " + axes_[static_cast<size_t>(axis)].names().sentence();
+}
+
+std::string Cia402Master::describe(const DriveFault& fault) const {
+  const char* kind = hal::describe(fault.kind);
+  if (fault.axis < 0 || fault.axis >= static_cast<int>(axes_.size())) return kind;
+  const std::string who = name_of(config_, fault.axis) + ": ";
+  switch (fault.kind) {
+    case FaultKind::kConfiguration:
+      return who + kind + " at " + object_text(fault.object) +
+             format(": %s (SDO abort %08X)", describe_sdo_abort(fault.code), fault.code);
+    case FaultKind::kUnexpectedValue:
+      return who + kind + ": " + object_text(fault.object) +
+             format(" reads 0x%X and must read 0x%X", fault.code, fault.expected);
+    case FaultKind::kDriveFault:
+      if (fault.code == 0) return who + kind + ", no error code received";
+      return who + kind +
+             format(": %s (EMCY %04X)", describe_emergency(static_cast<uint16_t>(fault.code)), fault.code);
+    case FaultKind::kEnableTimeout:
+    case FaultKind::kDriveDisabled:
+      return who + kind +
+             format(", it is in '%s' (statusword %04X)",
+                    to_text(decode_statusword(static_cast<uint16_t>(fault.code))), fault.code);
+    case FaultKind::kNotReferenced:
+      return who + kind +
+             format(": bit %d of its statusword is not set (statusword %04X)",
+                    config_.axes[fault.axis].canopen.referenced_bit, fault.code);
+    case FaultKind::kOutOfRange:
+      return who + describe_out_of_range(fault);
+    case FaultKind::kHomingFailed:
+    case FaultKind::kHomingTimeout:
+      return who + kind + format(" (statusword %04X)", fault.code);
+    case FaultKind::kStartTimeout:
+    case FaultKind::kDriveRestarted:
+      return who + kind + format(" (NMT state %02X)", fault.code);
+    default:
+      return who + kind;
+  }
+}
+
+}  // namespace tendril::hal

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <string>
+#include <vector>
+
+#include "hal/cia402/cia402_axis.h"
+#include "hal/drive/drives.h"
+#include "hal/drive/master_config.h"
+#include "hal/drive/supervisor.h"
+
+namespace tendril::hal {
+
+/// The controller's side of CANopen drives in cyclic synchronous position or torque mode, all axes of a
+/// robot.
+///
+/// A cycle's frames are: heartbeat if due, start-up frames of a few axes, the RPDOs, SYNC last, so that all
+/// drives take their targets at the same instant and answer with their positions. Drives that were found in
+/// fault, as after the death of a former controller, are cleared when they are first enabled; later faults
+/// need Command::reset.
+///
+/// Axes that have to find their reference are homed once every drive is there, one after the other in their
+/// order: cables pull against each other, so that two which search at once could each take the other's pull
+/// for a stop. Any fault, and Command::finish, ends the search.
+class Cia402Master final : public DriveMaster {
+ public:
+  /// @throws std::invalid_argument where the configuration is not sound, see check_cia402
+  /// Real-time: no (allocates).
+  explicit Cia402Master(MasterConfig config);
+
+  std::vector<uint32_t> identifiers() const override;
+  void receive(const Frame& frame, int64_t arrival_ns) noexcept override;
+  const Measurement& measure(BusHealth health, int64_t now_ns) noexcept override;
+  void command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept override;
+  std::string describe(const DriveFault& fault) const override;
+  std::string identity(int axis) const override;
+
+ private:
+  void set_up(int64_t now_ns, FrameBatch& out) noexcept;
+  int axis_to_home() const noexcept;
+
+  MasterConfig config_;
+  std::vector<Cia402Axis> axes_;
+  Supervisor supervisor_;
+  int64_t next_heartbeat_ns_ = 0;
+  int64_t synced_ns_ = 0;                                 // when the last SYNC went out
+  std::array<std::atomic<bool>, kMaxAxes> identified_{};  // the axis' names are there for other threads
+};
+
+}  // namespace tendril::hal

@@ -1,0 +1,231 @@
+#include "hal/cia402/cia402_setup.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "hal/cia402/cia402.h"
+#include "hal/drive/range_watch.h"
+
+namespace tendril::hal {
+namespace {
+
+constexpr int64_t kSetupMillisecond_ns = 1'000'000;
+constexpr uint16_t kSoftLimits = 0x607D;
+
+uint32_t to_ms(int64_t duration_ns) {
+  return static_cast<uint32_t>((duration_ns + kSetupMillisecond_ns / 2) / kSetupMillisecond_ns);
+}
+
+void check_axis(const AxisConfig& axis, int master_node) {
+  const std::string who = "axis '" + axis.name + "': ";
+  const std::string node = "node " + std::to_string(axis.node);
+  if (axis.node < 1 || axis.node > 127) refuse_drives(who + node + " is not within 1..127");
+  if (axis.node == master_node) refuse_drives(who + node + " is the master's own");
+  if (axis.canopen.pdo < 1 || axis.canopen.pdo > 4) refuse_drives(who + "the PDO number must be within 1..4");
+  const HomingConfig& homing = axis.canopen.homing;
+  if (axis.canopen.referenced_bit < -1 || axis.canopen.referenced_bit > 15)
+    refuse_drives(who + "a statusword has the bits 0..15");
+  // Each start would take for the zero wherever the axis stands by then.
+  if (axis.canopen.reference == Reference::kHoming && homing.method && homes_in_place(*homing.method) &&
+      axis.canopen.referenced_bit < 0)
+    refuse_drives(who + "homing in place needs the statusword bit that tells whether it has been done");
+  if (axis.set_point == SetPoint::kEffort && !(axis.canopen.rated_torque > 0))
+    refuse_drives(who + "to follow efforts it must have a rated torque");
+  if (!(axis.canopen.following_error >= 0)) refuse_drives(who + "a following error must not be negative");
+  if (homing.timeout_ns <= 0) refuse_drives(who + "the time for homing must be positive");
+  if (rpdo_cob_id(axis) > 0x7FF || tpdo_cob_id(axis) > 0x7FF) refuse_drives(who + "COB-IDs must fit 11 bits");
+}
+
+void check_identifiers(const MasterConfig& config) {
+  IdentifierClaims claims;
+  claims.claim(kNmtId, "NMT");
+  claims.claim(kSyncId, "SYNC");
+  claims.claim(kHeartbeatBase + config.canopen.master_node, "the master's heartbeat");
+  claims.claim(config.sensors);
+  for (const AxisConfig& axis : config.axes) {
+    for (const uint32_t base : {kEmergencyBase, kSdoAnswerBase, kSdoRequestBase, kHeartbeatBase})
+      claims.claim(base + axis.node, to_text(axis));
+    claims.claim(rpdo_cob_id(axis), to_text(axis));
+    claims.claim(tpdo_cob_id(axis), to_text(axis));
+  }
+}
+
+SdoStep write(int index, int sub, int size, uint32_t value) {
+  return {{SdoRequest::Kind::kWrite, {static_cast<uint16_t>(index), static_cast<uint8_t>(sub)}, size, value},
+          0};
+}
+
+SdoStep read(int index, int sub, uint32_t expected, uint32_t mask = 0xFFFF'FFFF) {
+  return {{SdoRequest::Kind::kRead, {static_cast<uint16_t>(index), static_cast<uint8_t>(sub)}, 0, 0},
+          expected,
+          mask};
+}
+
+/// The mode in which a drive follows our set-points.
+int8_t following_mode(const AxisConfig& axis) noexcept {
+  return axis.set_point == SetPoint::kEffort ? kModeCyclicTorque : kModeCyclicPosition;
+}
+
+/// At least one count, and not 0xFFFFFFFF, which is no window at all.
+uint32_t following_error_window(const AxisConfig& axis) {
+  const double counts = axis.canopen.following_error / std::abs(axis.scale.displacement_per_count());
+  return static_cast<uint32_t>(std::clamp(std::round(counts), 1.0, double{0xFFFF'FFFE}));
+}
+
+/// Mode of operation, and the drive must say that it is in it.
+void append_mode(std::vector<SdoStep>& steps, int8_t mode) {
+  steps.push_back(write(0x6060, 0, 1, static_cast<uint8_t>(mode)));
+  steps.push_back(read(0x6061, 0, static_cast<uint8_t>(mode)));
+}
+
+/// The object is optional; in many drives the exponent is -3, and may not be written even with that.
+void append_period(std::vector<SdoStep>& steps, InterpolationPeriod period) {
+  for (SdoStep step :
+       {write(0x60C2, 1, 1, period.value), write(0x60C2, 2, 1, static_cast<uint8_t>(period.exponent))}) {
+    step.only_if_other = true;
+    step.tolerance = Tolerance::kAbsence;
+    steps.push_back(step);
+  }
+}
+
+// In the COB-ID of a TPDO. Drives that serve no remote requests, and none are made, may refuse to set it to
+// 0.
+constexpr uint32_t kNoRemoteRequest = 0x4000'0000;
+
+/// A PDO that is on and goes with every SYNC.
+struct SyncedPdo {
+  int communication, mapping;  // indices of its objects
+  uint32_t cob_id, first, second;
+};
+
+/// Off, map emptied, map filled, every SYNC, on.
+void append_writes(std::vector<SdoStep>& steps, const SyncedPdo& pdo) {
+  steps.insert(steps.end(), {write(pdo.communication, 1, 4, kPdoInvalid | pdo.cob_id),
+                             write(pdo.mapping, 0, 1, 0), write(pdo.mapping, 1, 4, pdo.first),
+                             write(pdo.mapping, 2, 4, pdo.second), write(pdo.mapping, 0, 1, 2),
+                             write(pdo.communication, 2, 1, 1), write(pdo.communication, 1, 4, pdo.cob_id)});
+}
+
+/// The same state, looked for.
+void append_checks(std::vector<SdoStep>& steps, const SyncedPdo& pdo) {
+  steps.insert(steps.end(), {read(pdo.communication, 1, pdo.cob_id & ~kNoRemoteRequest, ~kNoRemoteRequest),
+                             read(pdo.communication, 2, 1), read(pdo.mapping, 0, 2),
+                             read(pdo.mapping, 1, pdo.first), read(pdo.mapping, 2, pdo.second)});
+}
+
+}  // namespace
+
+uint32_t rpdo_cob_id(const AxisConfig& axis) noexcept {
+  return axis.canopen.rpdo_id != 0 ? axis.canopen.rpdo_id : 0x100 * (axis.canopen.pdo + 1) + axis.node;
+}
+
+uint32_t tpdo_cob_id(const AxisConfig& axis) noexcept {
+  return axis.canopen.tpdo_id != 0 ? axis.canopen.tpdo_id : 0x100 * axis.canopen.pdo + 0x80 + axis.node;
+}
+
+void check_cia402(const MasterConfig& config) {
+  check_common(config);
+  const int master_node = config.canopen.master_node;
+  if (master_node < 1 || master_node > 127) refuse_drives("the master's node must be within 1..127");
+  if (to_ms(config.heartbeat_ns) < 1 || to_ms(config.heartbeat_timeout_ns) > 0xFFFF)
+    refuse_drives("heartbeats must be within 1 ms..65 s");
+  if (config.canopen.sdo_attempts < 1) refuse_drives("there must be at least one SDO attempt");
+  for (const AxisConfig& axis : config.axes) check_axis(axis, master_node);
+  check_identifiers(config);
+}
+
+std::string describe_set_up_object(uint32_t object) {
+  const uint32_t index = object >> 8, sub = object & 0xFF;
+  if (index == 0x6061) return " (the mode of operation)";
+  const uint32_t table = index & ~3u;
+  const bool communication = table == 0x1400 || table == 0x1800, mapping = table == 0x1600 || table == 0x1A00;
+  if ((!communication && !mapping) || sub > 2) return "";
+  static constexpr const char* kCommunication[] = {"", "the COB-ID of ", "the transmission type of "};
+  static constexpr const char* kMapping[] = {"the number of objects in ", "the first object in ",
+                                             "the second object in "};
+  return std::string(" (") + (communication ? kCommunication : kMapping)[sub] +
+         (table == 0x1400 || table == 0x1600 ? "RPDO " : "TPDO ") + std::to_string(index - table + 1) + ")";
+}
+
+std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config) {
+  const int number = axis.canopen.pdo - 1;
+  std::vector<SdoStep> steps = {
+      write(0x1016, 1, 4,
+            static_cast<uint32_t>(config.canopen.master_node) << 16 | to_ms(config.heartbeat_timeout_ns)),
+      write(0x1017, 0, 2, to_ms(config.heartbeat_ns))};
+  const uint32_t target = axis.set_point == SetPoint::kEffort ? kMapTargetTorque : kMapTargetPosition;
+  for (const SyncedPdo& pdo :
+       {SyncedPdo{0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), kMapControlword, target},
+        SyncedPdo{0x1800 + number, 0x1A00 + number, kNoRemoteRequest | tpdo_cob_id(axis), kMapStatusword,
+                  kMapActualPosition}})
+    axis.canopen.mapping == Mapping::kConfigure ? append_writes(steps, pdo) : append_checks(steps, pdo);
+  append_mode(steps, following_mode(axis));
+  append_period(steps, nearest_interpolation_period(config.period_ns));
+  if (axis.canopen.following_error > 0) steps.push_back(write(0x6065, 0, 4, following_error_window(axis)));
+  return steps;
+}
+
+std::vector<SdoStep> homing_steps(const AxisConfig& axis) {
+  const HomingConfig& homing = axis.canopen.homing;
+  std::vector<SdoStep> steps;
+  if (homing.method) steps.push_back(write(0x6098, 0, 1, static_cast<uint8_t>(*homing.method)));
+  if (homing.speed_search) steps.push_back(write(0x6099, 1, 4, *homing.speed_search));
+  if (homing.speed_zero) steps.push_back(write(0x6099, 2, 4, *homing.speed_zero));
+  if (homing.acceleration) steps.push_back(write(0x609A, 0, 4, *homing.acceleration));
+  append_mode(steps, kModeHoming);
+  return steps;
+}
+
+std::optional<SoftLimits> soft_limits(const AxisConfig& axis) {
+  if (!axis.canopen.soft_limits || !std::isfinite(axis.displacement_min) ||
+      !std::isfinite(axis.displacement_max))
+    return std::nullopt;
+  // With efforts the drive is not to give up before we do.
+  const double margin = axis.set_point == SetPoint::kEffort ? RangeWatch(axis).margin() : 0;
+  const int32_t least = axis.scale.to_counts(axis.displacement_min - margin);
+  const int32_t greatest = axis.scale.to_counts(axis.displacement_max + margin);
+  return SoftLimits{std::min(least, greatest), std::max(least, greatest)};  // a reversed axis swaps them
+}
+
+SoftLimits widened(SoftLimits limits, int32_t position) noexcept {
+  const int64_t margin = (int64_t{limits.max} - limits.min) / 100 + 1;
+  const int64_t below = position < limits.min ? position - margin : limits.min;
+  const int64_t above = position > limits.max ? position + margin : limits.max;
+  return {static_cast<int32_t>(std::max<int64_t>(below, INT32_MIN)),
+          static_cast<int32_t>(std::min<int64_t>(above, INT32_MAX))};
+}
+
+std::vector<SdoStep> following_steps(const AxisConfig& axis) {
+  std::vector<SdoStep> steps;
+  append_mode(steps, following_mode(axis));
+  if (const auto limits = soft_limits(axis)) {
+    // A drive that compares them refuses a least one above the greatest one that it still has: that is
+    // written again after the greatest.
+    SdoStep least = write(kSoftLimits, 1, 4, 0);
+    least.tolerance = Tolerance::kAny;
+    steps.insert(steps.end(), {least, write(kSoftLimits, 2, 4, 0), write(kSoftLimits, 1, 4, 0)});
+    set_soft_limits(steps, *limits);
+  }
+  return steps;
+}
+
+void set_soft_limits(std::span<SdoStep> steps, SoftLimits limits) noexcept {
+  for (SdoStep& step : steps)
+    if (step.request.object.index == kSoftLimits)
+      step.request.value = static_cast<uint32_t>(step.request.object.sub == 1 ? limits.min : limits.max);
+}
+
+std::vector<SdoStep> release_steps() { return {write(0x1016, 1, 4, 0)}; }
+
+std::vector<PeriodicFrames> cia402_frames(const MasterConfig& config) {
+  const int axes = static_cast<int>(config.axes.size());
+  const auto on_efforts =
+      static_cast<int>(std::ranges::count(config.axes, SetPoint::kEffort, &AxisConfig::set_point));
+  const double rate_hz = 1e9 / static_cast<double>(config.period_ns);
+  return {{.length = 0, .rate_hz = rate_hz},                                  // SYNC
+          {.length = 6, .rate_hz = rate_hz, .count = 2 * axes - on_efforts},  // PDOs
+          {.length = 4, .rate_hz = rate_hz, .count = on_efforts},             // RPDOs of torques
+          {.length = 1, .rate_hz = 1e9 / static_cast<double>(config.heartbeat_ns), .count = axes + 1}};
+}
+
+}  // namespace tendril::hal

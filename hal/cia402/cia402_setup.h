@@ -1,0 +1,64 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hal/bus/bus_budget.h"
+#include "hal/canopen/sdo_sequence.h"
+#include "hal/drive/master_config.h"
+
+/// How CiA 402 drives are set up over CANopen, and what that asks of a configuration. Real-time: no, for all
+/// of it but the COB-IDs.
+namespace tendril::hal {
+
+/// The COB-IDs in force. Real-time: yes.
+uint32_t rpdo_cob_id(const AxisConfig& axis) noexcept;
+uint32_t tpdo_cob_id(const AxisConfig& axis) noexcept;
+
+/// Checks ranges, and that no two senders share an identifier.
+/// @throws std::invalid_argument with a sentence that names the axis and what is expected
+void check_cia402(const MasterConfig& config);
+
+/// What an object that is set up means, as " (the second object in RPDO 1)"; empty where its number must do.
+/// @param object  index << 8 | subindex
+std::string describe_set_up_object(uint32_t object);
+
+/// The entries that prepare a drive in NMT pre-operational: heartbeats both ways, one RPDO (6040 and 607A, or
+/// 6071) and one TPDO (6041, 6064) at every SYNC, which are read only where they are to stay as found, cyclic
+/// synchronous position mode, or torque mode, interpolation period, and the following-error window where it
+/// is configured. [CiA 301, objects 1016, 1017, 1400-1A00; CiA 402-2, objects 6060, 6061, 6065, 60C2]
+std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config);
+
+/// The entries that prepare a drive without power for its homing procedure: what is configured of it, homing
+/// mode. [CiA 402-2, objects 6098, 6099, 609A]
+std::vector<SdoStep> homing_steps(const AxisConfig& axis);
+
+/// The positions that a drive shall keep to by itself, counts (object 607D).
+struct SoftLimits {
+  int32_t min = 0, max = 0;
+};
+
+/// The limits of an axis' displacement as its drive counts, with the margin of RangeWatch where it follows
+/// efforts; nothing where they are not for the drive.
+std::optional<SoftLimits> soft_limits(const AxisConfig& axis);
+
+/// Limits that also hold for an axis which stands outside, with a hundredth of their range to spare: a drive
+/// that is enabled beyond its soft limits jumps to the nearest, or fails. Real-time: yes.
+SoftLimits widened(SoftLimits limits, int32_t position) noexcept;
+
+/// The entries that prepare a drive without power for following targets: its cyclic synchronous mode, and its
+/// soft limits, if any.
+std::vector<SdoStep> following_steps(const AxisConfig& axis);
+
+/// Puts soft limits into such entries. Real-time: yes.
+void set_soft_limits(std::span<SdoStep> steps, SoftLimits limits) noexcept;
+
+/// The entries that let a drive go: it watches the master no more.
+std::vector<SdoStep> release_steps();
+
+/// The frames of a running robot, for the bus budget: PDOs, SYNC, heartbeats; without the sensors'.
+std::vector<PeriodicFrames> cia402_frames(const MasterConfig& config);
+
+}  // namespace tendril::hal

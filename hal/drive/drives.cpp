@@ -1,0 +1,58 @@
+#include "hal/drive/drives.h"
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace tendril::hal {
+
+const char* describe(FaultKind kind) noexcept {
+  switch (kind) {
+    case FaultKind::kNone:
+      return "no fault";
+    case FaultKind::kConfiguration:
+      return "configuration failed";
+    case FaultKind::kUnexpectedValue:
+      return "drive is set up otherwise";
+    case FaultKind::kStartTimeout:
+      return "drive did not start";
+    case FaultKind::kEnableTimeout:
+      return "drive did not enable";
+    case FaultKind::kDriveFault:
+      return "drive fault";
+    case FaultKind::kDriveDisabled:
+      return "drive left operation unasked";
+    case FaultKind::kDriveRestarted:
+      return "drive restarted";
+    case FaultKind::kOutOfRange:
+      return "axis left its range of displacements";
+    case FaultKind::kPositionJumped:
+      return "position jumped at enabling";
+    case FaultKind::kNotReferenced:
+      return "axis has no reference";
+    case FaultKind::kHomingFailed:
+      return "homing failed";
+    case FaultKind::kHomingTimeout:
+      return "homing did not end in time";
+    case FaultKind::kHeartbeatLost:
+      return "heartbeat lost";
+    case FaultKind::kFeedbackLost:
+      return "position feedback lost";
+    case FaultKind::kBusPassive:
+      return "bus error-passive";
+    case FaultKind::kBusOff:
+      return "bus-off";
+    case FaultKind::kBusDown:
+      return "bus down";
+  }
+  return "unknown fault";
+}
+
+std::string describe_out_of_range(const DriveFault& fault) {
+  const auto thousandths = static_cast<int32_t>(fault.code);
+  char text[64];
+  std::snprintf(text, sizeof text, ", it is %.1f %% of it %s", 0.1 * std::abs(thousandths),
+                thousandths < 0 ? "below the least" : "beyond the greatest");
+  return describe(fault.kind) + (text + std::string(": what does it pull at?"));
+}
+
+}  // namespace tendril::hal

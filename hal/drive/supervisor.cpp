@@ -1,0 +1,31 @@
+#include "hal/drive/supervisor.h"
+
+namespace tendril::hal {
+namespace {
+
+FaultKind fault_of(BusHealth health) noexcept {
+  switch (health) {
+    case BusHealth::kActive:
+      return FaultKind::kNone;
+    case BusHealth::kPassive:
+      return FaultKind::kBusPassive;
+    case BusHealth::kOff:
+      return FaultKind::kBusOff;
+    case BusHealth::kDown:
+      break;
+  }
+  return FaultKind::kBusDown;
+}
+
+}  // namespace
+
+void Supervisor::latch_bus(BusHealth health) noexcept { latch({.kind = fault_of(health)}); }
+
+void Supervisor::latch(const DriveFault& fault) noexcept {
+  DriveFault& latched = measurement_.fault;
+  const bool same = latched.kind == fault.kind && latched.axis == fault.axis;
+  // The same fault again may bring more, where a CiA 402 statusword was faster than the EMCY.
+  if (latched.kind == FaultKind::kNone || same) latched = fault;
+}
+
+}  // namespace tendril::hal

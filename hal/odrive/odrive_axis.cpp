@@ -1,0 +1,218 @@
+#include "hal/odrive/odrive_axis.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tendril::hal {
+namespace {
+
+// An order of a state is repeated until a heartbeat confirms it: longer than the time between two of them.
+constexpr int64_t kRepeat_ns = 500'000'000;
+
+}  // namespace
+
+OdriveAxis::OdriveAxis(const AxisConfig& axis, const MasterConfig& config)
+    : config_(config),
+      node_(axis.node),
+      scale_(axis.scale),
+      limits_(axis.odrive),
+      follows_effort_(axis.set_point == SetPoint::kEffort),
+      range_(axis) {}
+
+void OdriveAxis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
+  if (const auto heartbeat = decode_odrive_heartbeat(frame, node_, config_.odrive.firmware))
+    on_heartbeat(*heartbeat, arrival_ns);
+  else if (const auto estimates = decode_odrive_estimates(frame, node_))
+    on_estimates(*estimates, arrival_ns);
+}
+
+void OdriveAxis::on_heartbeat(const OdriveHeartbeat& heartbeat, int64_t arrival_ns) noexcept {
+  heartbeat_ = heartbeat;
+  heartbeat_ns_ = arrival_ns;
+  if (phase_ != Phase::kClosing && phase_ != Phase::kOn) return;
+  if (heartbeat.axis_error != 0)
+    fail(FaultKind::kDriveFault, heartbeat.axis_error);
+  else if (phase_ == Phase::kOn && !closed())  // with an unplugged motor that is all there is to see
+    fail(FaultKind::kDriveDisabled, packed());
+}
+
+void OdriveAxis::on_estimates(const OdriveEstimates& estimates, int64_t arrival_ns) noexcept {
+  if (!std::isfinite(estimates.position)) return;  // the axis does not know: silence of positions
+  position_ = estimates.position;
+  position_stamp_ns_ = arrival_ns;
+  if (phase_ == Phase::kOn && range_.left_at(position()))
+    return fail(FaultKind::kOutOfRange, static_cast<uint32_t>(range_.beyond(position())));
+  if (phase_ != Phase::kClosing || !closed()) return;
+  const double jump = position_ - held_;
+  if (std::abs(jump) > kHeldWithin) {
+    const double thousandths = std::clamp(std::round(1e3 * jump), -2e9, 2e9);
+    return fail(FaultKind::kPositionJumped, static_cast<uint32_t>(static_cast<int32_t>(thousandths)));
+  }
+  target_ = position_;
+  phase_ = Phase::kOn;
+}
+
+void OdriveAxis::supervise(int64_t now_ns, int64_t asked_ns) noexcept {
+  if (stage_since_ns_ == 0) stage_since_ns_ = now_ns;
+  if (stage_ == Stage::kListening) {
+    if (heartbeat_ns_ != 0 && position_stamp_ns_ != 0)
+      stage_ = Stage::kRunning;
+    else if (now_ns - stage_since_ns_ > config_.start_timeout_ns)
+      fail(FaultKind::kStartTimeout, heartbeat_ns_ != 0);
+  }
+  if (stage_ != Stage::kRunning || fault_.kind != FaultKind::kNone) return;
+  if (now_ns - heartbeat_ns_ > config_.heartbeat_timeout_ns) return fail(FaultKind::kHeartbeatLost, 0);
+  if (asked_ns - position_stamp_ns_ > config_.feedback_timeout_ns) return fail(FaultKind::kFeedbackLost, 0);
+  const bool enabling = phase_ == Phase::kPreparing || phase_ == Phase::kClosing;
+  if (!enabling || now_ns - enabling_since_ns_ <= config_.enable_timeout_ns) return;
+  if (heartbeat_.axis_error != 0)
+    fail(FaultKind::kDriveFault, heartbeat_.axis_error);
+  else
+    fail(FaultKind::kEnableTimeout, packed());
+}
+
+void OdriveAxis::drive(bool enable, bool may_begin, bool may_close, bool all_enabled,
+                       const AxisTarget& target, int64_t now_ns, FrameBatch& out) noexcept {
+  if (stage_ != Stage::kRunning) return;
+  if (std::isfinite(target.effort)) torque_ = scale_.to_torque(target.effort);
+  if (!enable || fault_.kind != FaultKind::kNone) phase_ = Phase::kOff;
+  if (enable && phase_ == Phase::kOff && fault_.kind == FaultKind::kNone && may_begin) {
+    phase_ = Phase::kPreparing;
+    enabling_since_ns_ = now_ns;
+  }
+  if (phase_ != Phase::kOn) following_ = false;
+  switch (phase_) {
+    case Phase::kOff:
+      return rest(now_ns, out);
+    case Phase::kPreparing:
+      return prepared() && may_close ? close(now_ns, out) : prepare(now_ns, out);
+    case Phase::kClosing:
+      return wait_for_closed_loop(now_ns, out);
+    case Phase::kOn:
+      return follow(all_enabled, target.position, out);
+  }
+}
+
+/// Idle, and fed. A faulty axis is left to its watchdog: it shall not be kept alive by us.
+void OdriveAxis::rest(int64_t now_ns, FrameBatch& out) noexcept {
+  if (closed() || ordered_state_ == kOdriveClosedLoop) {
+    order(kOdriveIdle, now_ns, out);
+    if (closed()) return;  // what it holds is not known to be what it tells
+  }
+  if (fault_.kind == FaultKind::kNone) idle_input(out);
+}
+
+/// Idle and without an error, whatever it was before.
+void OdriveAxis::prepare(int64_t now_ns, FrameBatch& out) noexcept {
+  if (closed()) {
+    order(kOdriveIdle, now_ns, out);
+    return;
+  }
+  if (heartbeat_.axis_error != 0 && heartbeat_ns_ > cleared_ns_) {  // once a heartbeat
+    out.push(encode_odrive_clear_errors(node_));
+    cleared_ns_ = heartbeat_ns_;
+  }
+  idle_input(out);
+}
+
+void OdriveAxis::close(int64_t now_ns, FrameBatch& out) noexcept {
+  held_ = position_;
+  range_.begin(position());
+  push_mode(out);
+  if (limits_.velocity > 0)
+    out.push(encode_odrive_limits(
+        node_, {static_cast<float>(limits_.velocity), static_cast<float>(limits_.current)}));
+  if (follows_effort_)  // before the power stage is on, so that enabling is no jump
+    push_torque(torque_, out);
+  else
+    push_input(held_, 0, out);
+  ordered_state_ = kOdriveUndefined;
+  order(kOdriveClosedLoop, now_ns, out);
+  phase_ = Phase::kClosing;
+}
+
+/// The controller mode again and again: it feeds the watchdog and moves nothing. An input position would not
+/// do, since firmware 0.5 (commit 073da34, get_encoder_estimates_callback) tells 0 for a position until
+/// closed-loop control has connected the estimator, and we would command that.
+void OdriveAxis::wait_for_closed_loop(int64_t now_ns, FrameBatch& out) noexcept {
+  if (heartbeat_.state == kOdriveIdle && order(kOdriveClosedLoop, now_ns, out)) return;
+  push_mode(out);
+}
+
+void OdriveAxis::follow(bool all_enabled, double displacement, FrameBatch& out) noexcept {
+  if (follows_effort_) return push_torque(torque_, out);
+  following_ = following_ || all_enabled;
+  const double before = target_;
+  if (following_ && std::isfinite(displacement)) target_ = scale_.to_position(displacement);
+  // Without the feed-forward a moving axis lags by velocity / pos_gain, 50 ms of its way by default.
+  push_input(target_, (target_ - before) * 1e9 / static_cast<double>(config_.period_ns), out);
+}
+
+/// Appends the order of a state, unless it was given a short while ago. @return whether it was appended
+bool OdriveAxis::order(uint8_t state, int64_t now_ns, FrameBatch& out) noexcept {
+  if (ordered_state_ == state && now_ns - ordered_ns_ < kRepeat_ns) return false;
+  out.push(encode_odrive_state(node_, state));
+  ordered_state_ = state;
+  ordered_ns_ = now_ns;
+  return true;
+}
+
+/// What feeds the watchdog of an axis that is idle.
+void OdriveAxis::idle_input(FrameBatch& out) const noexcept {
+  if (follows_effort_)
+    push_torque(0, out);
+  else
+    push_input(position_, 0, out);
+}
+
+void OdriveAxis::push_mode(FrameBatch& out) const noexcept {
+  out.push(encode_odrive_mode(node_,
+                              {.control = follows_effort_ ? kOdriveTorqueControl : kOdrivePositionControl}));
+}
+
+void OdriveAxis::push_torque(double torque, FrameBatch& out) const noexcept {
+  out.push(encode_odrive_torque(node_, static_cast<float>(torque)));
+}
+
+void OdriveAxis::push_input(double position, double velocity, FrameBatch& out) const noexcept {
+  out.push(encode_odrive_input(
+      node_, {.position = static_cast<float>(position), .velocity = static_cast<float>(velocity)}));
+}
+
+void OdriveAxis::restart() noexcept {
+  stage_ = Stage::kListening;
+  stage_since_ns_ = heartbeat_ns_ = position_stamp_ns_ = cleared_ns_ = 0;
+  phase_ = Phase::kOff;
+  following_ = false;
+  fault_ = {};
+}
+
+bool OdriveAxis::prepared() const noexcept {
+  return (phase_ == Phase::kOff || phase_ == Phase::kPreparing) && heartbeat_.state == kOdriveIdle &&
+         heartbeat_.axis_error == 0;
+}
+
+bool OdriveAxis::known(int64_t asked_ns) const noexcept {
+  return stage_ == Stage::kRunning && asked_ns - position_stamp_ns_ <= config_.feedback_timeout_ns;
+}
+
+bool OdriveAxis::disabled() const noexcept {
+  // An axis we cannot hear has a watchdog of its own; nobody can wait for its heartbeat.
+  if (stage_ != Stage::kRunning || fault_.kind == FaultKind::kHeartbeatLost) return true;
+  return phase_ == Phase::kOff && ordered_state_ != kOdriveClosedLoop &&
+         (heartbeat_.state == kOdriveIdle || heartbeat_.state == kOdriveUndefined);
+}
+
+void OdriveAxis::fail(FaultKind kind, uint32_t code) noexcept {
+  if (fault_.kind != FaultKind::kNone) return;
+  fault_ = {.kind = kind, .code = code};
+  phase_ = Phase::kOff;
+  if (kind == FaultKind::kStartTimeout) stage_ = Stage::kFailed;
+}
+
+uint32_t OdriveAxis::packed() const noexcept {
+  return heartbeat_.state | static_cast<uint32_t>(heartbeat_.procedure_result) << 8 |
+         static_cast<uint32_t>(heartbeat_.component_errors) << 16;
+}
+
+}  // namespace tendril::hal

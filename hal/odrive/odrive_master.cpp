@@ -1,0 +1,136 @@
+#include "hal/odrive/odrive_master.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+namespace tendril::hal {
+namespace {
+
+// Axes ordered into closed-loop control in one cycle, four frames each: a cycle's frames fit a batch.
+constexpr int kCloseAtOnce = 8;
+
+void check_axis(const AxisConfig& axis, OdriveFirmware firmware) {
+  const std::string who = "axis '" + axis.name + "': ";
+  if (axis.node < 0 || axis.node >= kOdriveNodes)
+    refuse_drives(who + "node " + std::to_string(axis.node) + " is not within 0..63");
+  if (axis.node == kOdriveUnaddressed && firmware == OdriveFirmware::k0_6)
+    refuse_drives(who + "node 63 is that of axes without an address");
+  if (axis.scale.counts_per_turn != 1) refuse_drives(who + "positions are in turns, 1 count each");
+  const OdriveAxisLimits& limits = axis.odrive;
+  if (limits.velocity < 0 || limits.current < 0 || (limits.velocity > 0) != (limits.current > 0))
+    refuse_drives(who + "the limits of velocity and current must be both positive or both left out");
+}
+
+MasterConfig checked_odrive(MasterConfig config) {
+  check_odrive(config);
+  return config;
+}
+
+std::string words_of_components(uint8_t components) {
+  std::string words;
+  if (components & 1) words += ", its motor has an error";
+  if (components & 2) words += ", its encoder has an error";
+  if (components & 4) words += ", its controller has an error";
+  return words;
+}
+
+}  // namespace
+
+void check_odrive(const MasterConfig& config) {
+  check_common(config);
+  if (config.odrive.encoder_period_ns < 1'000'000 ||
+      2 * config.odrive.encoder_period_ns > config.feedback_timeout_ns)
+    refuse_drives("the time between encoder estimates must be within 1 ms..half the feedback timeout");
+  IdentifierClaims claims;
+  claims.claim(config.sensors);
+  for (const AxisConfig& axis : config.axes) {
+    check_axis(axis, config.odrive.firmware);
+    for (uint32_t message = 0; message < 32; ++message)
+      claims.claim(static_cast<uint32_t>(axis.node) << 5 | message, to_text(axis));
+  }
+}
+
+std::vector<PeriodicFrames> odrive_frames(const MasterConfig& config) {
+  const int axes = static_cast<int>(config.axes.size());
+  const auto rate_hz = [](int64_t period_ns) { return 1e9 / static_cast<double>(period_ns); };
+  const auto on_efforts =
+      static_cast<int>(std::ranges::count(config.axes, SetPoint::kEffort, &AxisConfig::set_point));
+  return {{.length = 8, .rate_hz = rate_hz(config.period_ns), .count = axes - on_efforts},  // positions
+          {.length = 4, .rate_hz = rate_hz(config.period_ns), .count = on_efforts},         // torques
+          {.length = 8, .rate_hz = rate_hz(config.odrive.encoder_period_ns), .count = axes},
+          {.length = 8, .rate_hz = rate_hz(config.heartbeat_ns), .count = axes}};
+}
+
+OdriveMaster::OdriveMaster(MasterConfig config)
+    : config_(checked_odrive(std::move(config))), supervisor_(config_) {
+  axes_.reserve(config_.axes.size());
+  for (const AxisConfig& axis : config_.axes) axes_.emplace_back(axis, config_);
+}
+
+std::vector<uint32_t> OdriveMaster::identifiers() const {
+  std::vector<uint32_t> ids = supervisor_.identifiers();
+  for (const AxisConfig& axis : config_.axes)
+    for (const OdriveMessage message : {OdriveMessage::kHeartbeat, OdriveMessage::kEncoderEstimates})
+      ids.push_back(odrive_id(axis.node, message));
+  return ids;
+}
+
+void OdriveMaster::receive(const Frame& frame, int64_t arrival_ns) noexcept {
+  if (supervisor_.receive_sensor(frame, arrival_ns)) return;
+  for (OdriveAxis& axis : axes_) axis.receive(frame, arrival_ns);
+}
+
+const Measurement& OdriveMaster::measure(BusHealth health, int64_t now_ns) noexcept {
+  return supervisor_.measure(axes_, health, now_ns, now_ns);  // estimates come unasked
+}
+
+void OdriveMaster::command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept {
+  if (command.reset) supervisor_.reset(axes_);
+  const Measurement& known = supervisor_.measurement();
+  if (command.finish && !command.enable && known.all_disabled)
+    for (OdriveAxis& axis : axes_) axis.release();
+  const bool may_begin = known.all_known && !supervisor_.faulted();
+  int closing = 0;
+  for (int i = 0; i < known.axes; ++i) {
+    const bool may_close = !axes_[i].prepared() || ++closing <= kCloseAtOnce;
+    axes_[i].drive(command.enable, may_begin, may_close, known.all_enabled,
+                   {command.position[i], command.effort[i]}, now_ns, out);
+  }
+}
+
+std::string OdriveMaster::describe(const DriveFault& fault) const {
+  const std::string kind = hal::describe(fault.kind);
+  if (fault.axis < 0 || fault.axis >= static_cast<int>(axes_.size())) return kind;
+  const std::string who = name_of(config_, fault.axis) + ": ";
+  const OdriveFirmware firmware = config_.odrive.firmware;
+  char text[96];
+  switch (fault.kind) {
+    case FaultKind::kDriveFault:
+      std::snprintf(text, sizeof text, " (axis error %08X)", fault.code);
+      return who + kind + ": " + describe_odrive_error(firmware, fault.code) + text;
+    case FaultKind::kStartTimeout:
+      return who + kind +
+             (fault.code == 0 ? ", no heartbeat was heard"
+                              : ", its heartbeat was heard, but no position (encoder estimates)");
+    case FaultKind::kEnableTimeout:
+    case FaultKind::kDriveDisabled: {
+      const std::string result =
+          firmware == OdriveFirmware::k0_6
+              ? std::string(", result '") + describe_odrive_result(OdriveAxis::result_of(fault.code)) + "'"
+              : "";
+      return who + kind + ", it is in '" + describe_odrive_axis_state(OdriveAxis::state_of(fault.code)) +
+             "'" + result + words_of_components(OdriveAxis::components_of(fault.code));
+    }
+    case FaultKind::kPositionJumped:
+      std::snprintf(text, sizeof text, " by %.3f turns: has it a reference?",
+                    1e-3 * static_cast<int32_t>(fault.code));
+      return who + kind + text;
+    case FaultKind::kOutOfRange:
+      return who + describe_out_of_range(fault);
+    default:
+      return who + kind;
+  }
+}
+
+}  // namespace tendril::hal

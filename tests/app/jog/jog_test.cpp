@@ -1,0 +1,144 @@
+#include "app/jog/jog.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+// One axis moved by hand: where it ends, how fast it goes, and what makes it let go.
+
+namespace tendril::app::jog_test {
+
+constexpr double kPeriod = 0.002;
+
+JogConfig two_millimetres() {
+  JogConfig config;
+  config.distance = 2e-3;
+  config.speed = 1e-3;
+  config.least = -5e-3;
+  config.greatest = 5e-3;
+  config.lag = 0.5e-3;
+  config.period_s = kPeriod;
+  return config;
+}
+
+/// A drive that is where it was told to be a cycle ago, as long as it is enabled.
+struct Drive {
+  explicit Drive(double position) { measurement.position[0] = position; }
+
+  void follow(const hal::Command& command) {
+    measurement.axes = 1;
+    measurement.all_known = true;
+    if (measurement.all_enabled && !blocked) measurement.position[0] = command.position[0];
+    measurement.all_enabled = command.enable;
+    measurement.all_disabled = measurement.finished = command.finish;
+  }
+
+  hal::Measurement measurement;
+  bool blocked = false;
+};
+
+/// Commands of every cycle until the jog is done.
+std::vector<double> run(Jog& jog, Drive& drive, double stop_at_s = 1e9) {
+  std::vector<double> commands;
+  for (int k = 0; k < 100'000 && jog.phase() != Jog::Phase::kDone; ++k) {
+    const hal::Command& command = jog.step(drive.measurement, k * kPeriod >= stop_at_s);
+    commands.push_back(command.position[0]);
+    drive.follow(command);
+  }
+  REQUIRE(jog.phase() == Jog::Phase::kDone);
+  return commands;
+}
+
+TEST_CASE("A jog ends where it was asked to, either way, and the drive is let go", "[unit]") {
+  for (const double distance : {2e-3, -3e-3, 1e-6, 0.0}) {
+    JogConfig config = two_millimetres();
+    config.distance = distance;
+    Jog jog(config);
+    Drive drive(1e-3);
+    run(jog, drive);
+    CHECK(jog.ending() == Jog::Ending::kArrived);
+    CHECK(jog.start() == 1e-3);
+    CHECK(drive.measurement.position[0] == Approx(1e-3 + distance).margin(1e-12));
+    CHECK_FALSE(drive.measurement.all_enabled);
+  }
+}
+
+TEST_CASE("A jog keeps to its speed and starts and ends without a jerk", "[unit]") {
+  Jog jog(two_millimetres());
+  Drive drive(0);
+  const std::vector<double> commands = run(jog, drive);
+  double fastest = 0, strongest = 0;
+  for (std::size_t k = 2; k < commands.size(); ++k) {
+    const double v = (commands[k] - commands[k - 1]) / kPeriod,
+                 before = (commands[k - 1] - commands[k - 2]) / kPeriod;
+    CHECK(v >= 0);
+    fastest = std::max(fastest, v);
+    strongest = std::max(strongest, std::abs(v - before) / kPeriod);
+  }
+  CHECK(fastest == Approx(1e-3));
+  CHECK(strongest <=
+        1.01 * 1e-3 / 0.25 + 1e-3 * kPeriod / kPeriod);  // the ramp, and rounding to the goal at its end
+}
+
+TEST_CASE("A goal outside the limits is refused before the drive is enabled", "[unit]") {
+  Jog jog(two_millimetres());
+  Drive drive(3.5e-3);
+  for (int k = 0; k < 10; ++k) {
+    const hal::Command& command = jog.step(drive.measurement, false);
+    CHECK_FALSE(command.enable);
+    drive.follow(command);
+  }
+  CHECK(jog.ending() == Jog::Ending::kBeyond);
+}
+
+TEST_CASE("An axis found outside its limits can be led back", "[unit]") {
+  JogConfig config = two_millimetres();
+  config.distance = -2e-3;
+  Jog jog(config);
+  Drive drive(6e-3);
+  run(jog, drive);
+  CHECK(jog.ending() == Jog::Ending::kArrived);
+}
+
+TEST_CASE("An axis that does not move is let go as soon as it lags too far behind", "[unit]") {
+  Jog jog(two_millimetres());
+  Drive drive(0);
+  drive.blocked = true;
+  const std::vector<double> commands = run(jog, drive);
+  CHECK(jog.ending() == Jog::Ending::kStrayed);
+  CHECK(commands.back() == Approx(0.5e-3).epsilon(0.01));
+}
+
+TEST_CASE("An axis whose position is not a number is let go", "[unit]") {
+  Jog jog(two_millimetres());
+  Drive drive(0);
+  for (int k = 0; k < 100; ++k) drive.follow(jog.step(drive.measurement, false));
+  REQUIRE(jog.phase() == Jog::Phase::kMoving);
+  drive.measurement.position[0] = std::nan("");
+  CHECK_FALSE(jog.step(drive.measurement, false).enable);
+  CHECK(jog.ending() == Jog::Ending::kStrayed);
+}
+
+TEST_CASE("A jog that is stopped on its way comes to a halt and ends there", "[unit]") {
+  Jog jog(two_millimetres());
+  Drive drive(0);
+  const std::vector<double> commands = run(jog, drive, 1.0);
+  CHECK(jog.ending() == Jog::Ending::kStopped);
+  CHECK(commands.back() > 0.5e-3);
+  CHECK(commands.back() < 1.2e-3);
+}
+
+TEST_CASE("A drive's fault ends a jog, and is kept, with the cause that is told afterwards", "[unit]") {
+  Jog jog(two_millimetres());
+  Drive drive(0);
+  for (int k = 0; k < 100; ++k) drive.follow(jog.step(drive.measurement, false));
+  drive.measurement.fault = {.kind = hal::FaultKind::kDriveFault, .axis = 0, .code = 0x2310};
+  CHECK_FALSE(jog.step(drive.measurement, false).enable);
+  CHECK(jog.ending() == Jog::Ending::kDriveFault);
+  CHECK(jog.drive_fault().code == 0x2310);
+  drive.measurement.fault.code = 0x2320;
+  jog.step(drive.measurement, false);
+  CHECK(jog.drive_fault().code == 0x2320);
+}
+
+}  // namespace tendril::app::jog_test
