@@ -14,7 +14,7 @@
 #include "app/program/exit_codes.h"
 #include "app/program/stop_signal.h"
 #include "hal/bus/open_bus.h"
-#include "hal/cia402/drive_objects.h"
+#include "hal/drive/drive_protocol.h"
 #include "rt/periodic_clock.h"
 #include "rt/spsc_ring.h"
 #include "rt/thread.h"
@@ -72,6 +72,17 @@ void run_bus(hal::Bus& bus, PlantDrives& drives, rt::TripleBuffer<PlantDisplacem
     displacements.back() = drives.felt_displacements();
     displacements.publish();
   }
+}
+
+int print_data_sheet(const std::string& file) {
+  const hal::DriveProtocol& protocol = *load_config(file).bus.master.protocol;
+  if (protocol.data_sheet().empty())
+    throw ConfigError(
+        fmt::format("--eds: found bus.protocol {} in {}, expected a protocol whose drives have an "
+                    "electronic data sheet",
+                    protocol.name(), file));
+  fmt::print("{}", protocol.data_sheet());
+  return kOk;
 }
 
 int run_plant(const std::string& file, const std::string& bus_name) {
@@ -132,14 +143,11 @@ int main(int argc, char** argv) {
   bool eds = false;
   cli.add("CONFIG", file, "the robot: a YAML file, see docs/robot-file.md").required();
   cli.add("--bus", bus, "CAN interface, or local:PATH; replaces bus.name of the file");
-  cli.add_flag("--eds", eds, "print the electronic data sheet of the simulated CiA 402 drives, and end");
+  cli.add_flag("--eds", eds, "print the electronic data sheet (EDS) of the simulated drives, and end");
   if (const auto code = cli.parse(argc, argv)) return *code;
 
-  if (eds) {
-    fmt::print("{}", tendril::hal::drive_eds());
-    return tendril::app::kOk;
-  }
   spdlog::set_default_logger(spdlog::stderr_logger_mt("tendril-plant"));
   tendril::app::watch_stop_signals();
-  return tendril::app::exit_code_of([&] { return tendril::app::run_plant(file, bus); });
+  return tendril::app::exit_code_of(
+      [&] { return eds ? tendril::app::print_data_sheet(file) : tendril::app::run_plant(file, bus); });
 }

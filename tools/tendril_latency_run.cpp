@@ -1,5 +1,4 @@
 #include "tools/tendril_latency_run.h"
-#include "hal/bus/open_bus.h"
 
 #include <fmt/format.h>
 #include <pthread.h>
@@ -15,6 +14,7 @@
 #include <thread>
 
 #include "app/check/private_bus.h"
+#include "app/config/master_config.h"
 #include "app/plant/plant.h"
 #include "app/program/real_time_rights.h"
 #include "app/program/stop_signal.h"
@@ -24,7 +24,8 @@
 #include "app/robot/motion.h"
 #include "app/robot/qp_budget.h"
 #include "app/robot/robot.h"
-#include "hal/protocols/drive_protocol.h"
+#include "hal/bus/open_bus.h"
+#include "hal/drive/drive_protocol.h"
 #include "rt/periodic_clock.h"
 
 namespace tendril::tools {

@@ -13,7 +13,7 @@
 #include "app/robot/qp_budget.h"
 #include "app/robot/robot.h"
 #include "fem/mesh/mesh_quality.h"
-#include "hal/cia402/cia402.h"
+#include "hal/drive/drive_protocol.h"
 #include "rt/periodic_clock.h"
 
 namespace tendril::app {
@@ -129,9 +129,8 @@ void report_efforts(const Config& config, Report& report) {
     if (!actuator.follows_effort()) continue;
     report.json["follow_efforts"].push_back(actuator.name);
     text += (text.empty() ? "" : ", ") + actuator.name;
-    if (config.bus.protocol != hal::Protocol::kCanopen) continue;
-    const double step =
-        1e-3 * actuator.drive.canopen.rated_torque / std::abs(actuator.drive.scale().to_torque(1));
+    const double step = config.bus.master.protocol->effort_step(actuator.drive);
+    if (step == 0) continue;
     text += fmt::format(" in steps of {:.3g} {}", actuator.is_cavity() ? 1e-3 * step : step,
                         actuator.is_cavity() ? "kPa" : "N");
   }
@@ -162,18 +161,6 @@ void advise_on_locking(const Config& config, Report& report) {
   advise(config.material.material, "material");
   for (size_t k = 0; k < config.material.regions.size(); ++k)
     advise(config.material.regions[k].material, fmt::format("material.regions[{}]", k));
-}
-
-/// Drives that know milliseconds alone refuse another period, or take a wrong one. 60C2, see docs/drives.md.
-void advise_on_rate(const Config& config, Report& report) {
-  const hal::MasterConfig master = master_config(config);
-  if (master.protocol != hal::Protocol::kCanopen) return;
-  const hal::InterpolationPeriod period = hal::nearest_interpolation_period(master.period_ns);
-  if (period.exponent != hal::InterpolationPeriod::kMilliseconds)
-    report.advice.push_back(fmt::format(
-        "control.rate {:g} Hz is a period of {:.4g} ms; many CANopen drives take whole milliseconds only, as "
-        "of 500 Hz or 1 kHz",
-        config.control.rate_hz, 1e-6 * static_cast<double>(master.period_ns)));
 }
 
 /// @return  whether all of them are reached
@@ -219,7 +206,8 @@ int check_robot(const Config& config, bool json) {
   report_size(config, robot->model.mesh(), report);
   report_cavities(config, robot->model, report);
   advise_on_locking(config, report);
-  advise_on_rate(config, report);
+  for (const auto& remarks : {advice_on_drives(config), warnings_on_drives(config)})
+    report.advice.insert(report.advice.end(), remarks.begin(), remarks.end());
   report.json["actuators"] = limits.actuators;
   report.json["effector_dofs"] = limits.effector_coordinates;
   report.json["bus_load"] = budget.load;
@@ -233,7 +221,6 @@ int check_robot(const Config& config, bool json) {
   report_efforts(config, report);
   report.line("bus", budget.text);
   report_sensors(config, report);
-  if (const std::string advice = advice_on_power_on(config); !advice.empty()) report.advice.push_back(advice);
   report.line(
       "body",
       rests ? fmt::format("rests with its effectors at {}, all actuators at displacement 0",

@@ -1,5 +1,4 @@
 #include "app/check/cycle_budget.h"
-#include "hal/bus/open_bus.h"
 
 #include <fmt/format.h>
 
@@ -11,11 +10,13 @@
 #include <vector>
 
 #include "app/check/private_bus.h"
+#include "app/config/master_config.h"
 #include "app/plant/plant.h"
 #include "app/robot/channels.h"
 #include "app/robot/cpu_time.h"
 #include "app/robot/model_refresher.h"
-#include "hal/protocols/drive_protocol.h"
+#include "hal/bus/open_bus.h"
+#include "hal/drive/drive_protocol.h"
 #include "rt/control_loop.h"
 
 namespace tendril::app {

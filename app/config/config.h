@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <any>
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -78,25 +79,6 @@ struct EffectorConfig {
   int coordinates() const;  // that are controlled
 };
 
-/// One axis of the bus: how the displacement of its actuator becomes a position of its drive.
-struct DriveConfig {
-  int node = 0;                      // no other drive's and not the master's; 1..127, with ODrive 0..62 or 63
-  double counts_per_turn = 1;        // encoder counts in one turn; 1 where the protocol counts turns
-  double displacement_per_turn = 0;  // m or m³, of the encoder where the protocol counts turns, else of the
-                                     // pulley (its circumference), the screw (lead) or the pump (volume)
-  bool reversed = false;             // true where the displacement falls as the count rises
-  double offset = 0;                 // m or m³: displacement where the drive reads 0
-  hal::SetPoint set_point = hal::SetPoint::kDisplacement;
-  hal::CanopenAxis canopen;
-  std::optional<bool>
-      counts_from_power_on;   // ODrive's must say: from wherever the axis then stood, or it knows
-  double velocity_limit = 0;  // rev/s, of an ODrive axis; 0: as it is set up
-  double current_limit = 0;   // A, likewise; both or neither
-  int line = 0;
-
-  hal::AxisScale scale() const { return {counts_per_turn, displacement_per_turn, reversed, offset}; }
-};
-
 /// A cable that pulls: its effort is the tension, its displacement the shortening.
 struct CableConfig {
   std::vector<PointConfig> points;  // two or more: from the attachment to the last guide before the winch
@@ -127,7 +109,7 @@ struct ActuatorConfig {
   double effort_min = 0, effort_max = 0;
   double displacement_min = 0, displacement_max = 0;  // from rest
   double top_rate = 0;                                // per second
-  DriveConfig drive;
+  hal::AxisConfig drive;                              // without name and limits, see master_config()
 
   bool is_cavity() const { return std::holds_alternative<CavityConfig>(kind); }
   bool follows_effort() const { return drive.set_point == hal::SetPoint::kEffort; }
@@ -156,18 +138,9 @@ struct ControlConfig {
 
 /// The CAN bus to the drives.
 struct BusConfig {
-  std::string name;      // a CAN interface, or local:PATH
-  double bitrate = 1e6;  // bit/s
-  hal::Protocol protocol = hal::Protocol::kCanopen;
-  int master_node = 127;  // CANopen node id of this controller
-  hal::OdriveFirmware firmware = hal::OdriveFirmware::k0_6;
-  double encoder_period = 0.01;     // s between an ODrive axis' encoder estimates
-  double heartbeat = 0.05;          // s between heartbeats; with CANopen both ways
-  double heartbeat_timeout = 0.15;  // s
-  double feedback_timeout = 0.05;   // s without positions
-  double boot_timeout = 1;          // s until a drive shows that it works, without power
-  double enable_timeout = 3;        // s from the wish to follow commands to the drive that does
-  double sdo_timeout = 0.1;         // s of each of the attempts to reach a CANopen drive over SDO
+  std::string name;          // a CAN interface, or local:PATH
+  double bitrate = 1e6;      // bit/s
+  hal::MasterConfig master;  // protocol and time-outs; without axes, period and sensors, see master_config()
   int line = 0;
 };
 
@@ -202,9 +175,8 @@ struct ServoConfig {
   std::optional<double> position_gain;  // 1/s; none: as drives of the protocol are delivered
   double force_limit = 2;               // largest efforts of the actuator
   double friction =
-      hal::ServoTuning{}.friction;        // of the force limit, at top speed, where it follows efforts
-  std::optional<double> following_error;  // of the range of displacements; none: the drives do not watch it
-  int encoder_counts = 8192;              // in a turn of an ODrive axis
+      hal::ServoTuning{}.friction;  // of the force limit, at top speed, where it follows efforts
+  std::any own;                     // settings of the protocol, see hal::DriveProtocol::read_simulation
 };
 
 /// What the simulated robot is made of, apart from the shape: never the controller's own values. The laws of

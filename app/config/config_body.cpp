@@ -7,8 +7,6 @@
 #include <numbers>
 #include <system_error>
 
-#include "app/config/config_drive.h"
-
 namespace tendril::app {
 namespace {
 
@@ -132,7 +130,7 @@ void read_weights(const Value& v, EffectorConfig& effector) {
     v.fail(fmt::format("a number, or one for each of the {} controlled coordinates", effector.coordinates()));
 }
 
-void read_cavity(Reader& r, ActuatorConfig& actuator, hal::Protocol protocol) {
+void read_cavity(Reader& r, ActuatorConfig& actuator, const SpokenProtocol& protocol) {
   r.may("cavity", actuator.kind.emplace<CavityConfig>().region, read_region);
   r.need("pressure", actuator.effort_min, actuator.effort_max, Dimension::kPressure);
   r.need("growth", actuator, [](const Value& v, ActuatorConfig& filled) {
@@ -148,7 +146,7 @@ void read_travel(Reader& r, ActuatorConfig& actuator) {
   r.need("top_speed", actuator.top_rate, Dimension::kSpeed, kPositive);
 }
 
-void read_cable(Reader& r, ActuatorConfig& actuator, hal::Protocol protocol) {
+void read_cable(Reader& r, ActuatorConfig& actuator, const SpokenProtocol& protocol) {
   r.may("cable", actuator.kind.emplace<CableConfig>().points, read_end);
   r.need("tension", actuator.effort_min, actuator.effort_max, Dimension::kForce, kNotNegative);
   read_travel(r, actuator);
@@ -157,7 +155,7 @@ void read_cable(Reader& r, ActuatorConfig& actuator, hal::Protocol protocol) {
 }
 
 /// A rod or a force, which push as well as they pull.
-void read_thrust(Reader& r, ActuatorConfig& actuator, hal::Protocol protocol, bool is_rod) {
+void read_thrust(Reader& r, ActuatorConfig& actuator, const SpokenProtocol& protocol, bool is_rod) {
   if (is_rod) {
     r.may("rod", actuator.kind.emplace<RodConfig>(), read_rod);
   } else {
@@ -228,7 +226,7 @@ void read_effector(Reader& r, EffectorConfig& effector) {
   r.may("weight", effector, read_weights);
 }
 
-void read_actuator(Reader& r, ActuatorConfig& actuator, hal::Protocol protocol) {
+void read_actuator(Reader& r, ActuatorConfig& actuator, const SpokenProtocol& protocol) {
   r.need("name", actuator.name, read_name);
   const std::string_view kind = r.one_of({"cable", "rod", "push", "cavity"});
   if (kind == "cable") {

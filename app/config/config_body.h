@@ -3,6 +3,7 @@
 #include <string>
 
 #include "app/config/config.h"
+#include "app/config/config_drive.h"
 #include "app/config/yaml_reader.h"
 
 // The sections of a robot file that say what the body is made of, what moves it and what of it is controlled.
@@ -20,6 +21,6 @@ void read_load(Reader& r, LoadConfig& load);
 void read_region(const Value& v, RegionConfig& region);
 void read_effector(Reader& r, EffectorConfig& effector);
 /// @param protocol  which keys its drive may have depends on it
-void read_actuator(Reader& r, ActuatorConfig& actuator, hal::Protocol protocol);
+void read_actuator(Reader& r, ActuatorConfig& actuator, const SpokenProtocol& protocol);
 
 }  // namespace tendril::app

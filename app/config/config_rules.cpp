@@ -7,9 +7,10 @@
 #include <map>
 #include <vector>
 
+#include "app/config/config_error.h"
 #include "app/config/config_sensors.h"
-#include "hal/cia402/cia402.h"
-#include "hal/odrive/odrive.h"
+#include "app/config/master_config.h"
+#include "hal/drive/drive_protocol.h"
 
 namespace tendril::app {
 namespace {
@@ -93,113 +94,34 @@ void check_actuators(const Value& robot, const Config& config) {
   }
 }
 
-constexpr double kLargestTorque = 32.767;  // rated ones, object 6071, i16 in thousandths
-
-/// @return the node ids in use
-std::vector<int> check_nodes(const Value& robot, const Config& config) {
-  std::vector<int> nodes;
-  std::vector<std::string> owners;
-  const auto add = [&](int node, const std::string& owner) {
-    nodes.push_back(node);
-    owners.push_back(owner);
-  };
-  if (config.bus.protocol != hal::Protocol::kOdrive) add(config.bus.master_node, "bus.master_node");
-  for (std::size_t i = 0; i < config.actuators.size(); ++i) {
-    const int node = config.actuators[i].drive.node;
-    const Value place = robot.at("actuators").at(i).at("drive").at("node");
-    if (config.bus.protocol == hal::Protocol::kOdrive && config.bus.firmware == hal::OdriveFirmware::k0_6 &&
-        node == hal::kOdriveUnaddressed)
-      place.fail("at most 62, as firmware 0.6 gives 63 to axes that have no address yet");
-    const auto taken = std::ranges::find(nodes, node);
-    if (taken != nodes.end()) {
-      place.fail("a node id of its own, " + owners[taken - nodes.begin()] + " has this one");
-    }
-    add(node, fmt::format("actuators[{}].drive", i));
-  }
-  return nodes;
+/// @param key  "homing.timeout" lies in the section "homing"
+[[noreturn]] void fail_at(const Value& section, std::string_view key, const std::string& expected) {
+  const auto dot = key.find('.');
+  if (dot == key.npos) section.at(key).fail(expected);
+  fail_at(section.at(key.substr(0, dot)), key.substr(dot + 1), expected);
 }
 
-/// One frame carries both limits.
-void check_limits(const Value& robot, const Config& config) {
-  for (std::size_t i = 0; i < config.actuators.size(); ++i) {
-    const DriveConfig& drive = config.actuators[i].drive;
-    if ((drive.velocity_limit > 0) == (drive.current_limit > 0)) continue;
-    const bool has_velocity = drive.velocity_limit > 0;
-    const Value place =
-        robot.at("actuators").at(i).at("drive").at(has_velocity ? "current_limit" : "velocity_limit");
-    place.fail(has_velocity ? "a current limit beside the velocity limit"
-                            : "a velocity limit beside the current limit");
+Value section_of(const Value& robot, const hal::SettingError& error) {
+  const auto index = static_cast<std::size_t>(error.index);
+  switch (error.section) {
+    case hal::SettingError::Section::kDrive:
+      return robot.at("actuators").at(index).at("drive");
+    case hal::SettingError::Section::kSensor:
+      return robot.at("sensors").at(index);
+    case hal::SettingError::Section::kBus:
+      break;
   }
+  return robot.at("bus");
 }
 
-/// What an axis is told of homing has a use, and no start takes for the zero wherever the axis has got to.
-/// Where the protocol cannot tell whether there is a reference, a person must.
-void check_references(const Value& robot, const Config& config) {
-  for (std::size_t i = 0; i < config.actuators.size(); ++i) {
-    const hal::CanopenAxis& axis = config.actuators[i].drive.canopen;
-    const Value place = robot.at("actuators").at(i).at("drive");
-    if (config.bus.protocol == hal::Protocol::kOdrive) {
-      if (!config.actuators[i].drive.counts_from_power_on)
-        place.at("reference")
-            .fail(
-                "absolute, or power_on: does the axis still know where it stands when its power was off, or "
-                "does it count from wherever it stands when the power comes? An ODrive does not tell");
-    } else if (axis.reference != hal::Reference::kHoming) {
-      if (place.at("homing").is_mapping()) place.at("reference").fail("homing, as there is a section for it");
-    } else if (axis.homing.method && hal::homes_in_place(*axis.homing.method) && axis.referenced_bit < 0) {
-      place.at("referenced_bit")
-          .fail(fmt::format("the statusword bit that tells whether it has been done, as homing method {} "
-                            "takes wherever the axis stands at a start for the zero",
-                            *axis.homing.method));
-    }
-  }
-}
-
-/// A drive that is commanded torques knows what they are thousandths of, and has room for the largest.
-void check_torques(const Value& drive, const ActuatorConfig& actuator) {
-  const double rated = actuator.drive.canopen.rated_torque;
-  if (!(rated > 0))
-    drive.at("rated_torque").fail("the torque that the drive calls 1000, as drive.setpoint is effort");
-  const double largest = std::max(std::abs(actuator.effort_min), std::abs(actuator.effort_max));
-  const double torque = std::abs(actuator.drive.scale().to_torque(largest));
-  if (torque > kLargestTorque * rated)
-    drive.at("rated_torque")
-        .fail(
-            fmt::format("at least {:.4g} Nm, as the largest effort is a torque of {:.4g} Nm and object 6071 "
-                        "holds 32.767 times the rated one",
-                        torque / kLargestTorque, torque));
-}
-
-void check_set_points(const Value& robot, const Config& config) {
-  for (std::size_t i = 0; i < config.actuators.size(); ++i) {
-    const ActuatorConfig& actuator = config.actuators[i];
-    const hal::CanopenAxis& axis = actuator.drive.canopen;
-    const Value drive = robot.at("actuators").at(i).at("drive");
-    if (!actuator.follows_effort()) {
-      if (axis.rated_torque > 0)
-        drive.at("rated_torque").fail("no such key, as drive.setpoint is displacement");
-      continue;
-    }
-    if (axis.following_error > 0)
-      drive.at("following_error").fail("no such key, as drive.setpoint is effort");
-    if (config.bus.protocol != hal::Protocol::kOdrive) check_torques(drive, actuator);
-  }
-}
-
-void check_bus(const Value& robot, const Config& config) {
-  const BusConfig& bus = config.bus;
-  // One late heartbeat is jitter, two are a fault.
-  if (bus.heartbeat_timeout < 2 * bus.heartbeat) {
-    const Value timeout = robot.at("bus").at("heartbeat_timeout");
-    timeout.fail(
-        fmt::format("at least two heartbeats, {} s (it is {} s)", 2 * bus.heartbeat, bus.heartbeat_timeout));
-  }
-  const double feedback_period =
-      bus.protocol == hal::Protocol::kOdrive ? bus.encoder_period : 1 / config.control.rate_hz;
-  if (bus.feedback_timeout < 2 * feedback_period) {
-    const Value timeout = robot.at("bus").at("feedback_timeout");
-    timeout.fail(fmt::format("at least two positions' time, {:g} s (it is {:g} s)", 2 * feedback_period,
-                             bus.feedback_timeout));
+/// What the protocol of the drives demands.
+void check_drives(const Value& robot, const Config& config) {
+  try {
+    config.bus.master.protocol->check(master_config(config));
+  } catch (const hal::SettingError& error) {
+    fail_at(section_of(robot, error), error.key, error.expected);
+  } catch (const std::invalid_argument& error) {
+    throw ConfigError(fmt::format("{}:{}: bus: {}", config.file.string(), config.bus.line, error.what()));
   }
 }
 
@@ -227,12 +149,8 @@ void check_rules(const Value& robot, const Config& config) {
   check_first_effector(robot, config);
   check_material(robot, config);
   check_actuators(robot, config);
-  const std::vector<int> nodes = check_nodes(robot, config);
-  check_limits(robot, config);
-  check_references(robot, config);
-  check_set_points(robot, config);
-  check_bus(robot, config);
-  check_sensors(robot, config, nodes);
+  check_sensors(robot, config);
+  check_drives(robot, config);
   check_motion(robot, config);
 }
 

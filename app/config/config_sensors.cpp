@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "app/config/config_body.h"
-#include "app/config/identifier_owner.h"
 
 namespace tendril::app {
 namespace {
@@ -121,15 +120,6 @@ void check_frame(const Value& v, hal::SensorConfig& frame, bool length_is_given)
     v.at("length").fail(fmt::format("at least {} bytes, so far reach the signals", needed));
 }
 
-/// The PDOs that the file gives identifiers of its own.
-hal::IdentifierClaims given_identifiers(const Config& config) {
-  hal::IdentifierClaims claims;
-  for (const ActuatorConfig& actuator : config.actuators)
-    for (const std::uint32_t id : {actuator.drive.canopen.rpdo_id, actuator.drive.canopen.tpdo_id})
-      if (id != 0 && !claims.user(id)) claims.claim(id, "a PDO of the drive of '" + actuator.name + "'");
-  return claims;
-}
-
 void check_measured_once(const Value& robot, const std::vector<SensorConfig>& sensors) {
   struct Place {
     MeasuredConfig measured;
@@ -186,26 +176,16 @@ void read_sensor(const Value& v, SensorConfig& sensor, const Config& config) {
                                      1e-9 * static_cast<double>(frame.timeout_ns)));
 }
 
-void check_sensors(const Value& robot, const Config& config, const std::vector<int>& nodes) {
+void check_sensors(const Value& robot, const Config& config) {
   const std::vector<SensorConfig>& sensors = config.sensors;
   if (sensors.size() > hal::kMaxSensors)
     robot.at("sensors").fail(fmt::format("at most {} sensors", hal::kMaxSensors));
   check_measured_once(robot, sensors);
-  hal::IdentifierClaims claims = given_identifiers(config);
-  for (std::size_t i = 0; i < sensors.size(); ++i) {
-    const hal::SensorConfig& frame = sensors[i].frame;
-    const Value place = robot.at("sensors").at(i);
+  for (std::size_t i = 0; i < sensors.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      if (sensors[j].frame.name == frame.name)
-        place.at("name").fail(fmt::format("a name of its own, sensors[{}] has this one", j));
-    const std::string owner =  // drives have none of 29 bits
-        frame.extended ? "" : identifier_owner(config.bus.protocol, static_cast<int>(frame.id), nodes);
-    const std::uint32_t marked = hal::marked_id(frame.id, frame.extended);
-    const std::string* user = claims.user(marked);
-    if (!owner.empty() || user)
-      place.at("id").fail("an identifier that is free; this is " + (user ? "that of " + *user : owner));
-    claims.claim(marked, fmt::format("sensors[{}]", i));
-  }
+      if (sensors[j].frame.name == sensors[i].frame.name)
+        robot.at("sensors").at(i).at("name").fail(
+            fmt::format("a name of its own, sensors[{}] has this one", j));
 }
 
 }  // namespace tendril::app

@@ -10,10 +10,8 @@ namespace tendril::app {
 /// @param config  with effectors and actuators read already
 void read_sensor(const Value& v, SensorConfig& sensor, const Config& config);
 
-/// Checks what sensors demand of each other and of the bus: how many, names and quantities that are given
-/// once only, identifiers that nobody else uses.
+/// Checks what sensors demand of each other: how many, names and quantities that are given once only.
 /// @param robot  the whole file, to say where a mistake is
-/// @param nodes  ids in use on the bus; with CANopen the master's among them
-void check_sensors(const Value& robot, const Config& config, const std::vector<int>& nodes);
+void check_sensors(const Value& robot, const Config& config);
 
 }  // namespace tendril::app

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "app/config/config_body.h"
 #include "app/config/config_drive.h"
@@ -22,8 +23,6 @@ constexpr Range kLoopRate = {.above = 0, .at_most = kFastestRate};
 constexpr Range kCpu = {.at_least = -1, .at_most = 1023};
 constexpr Range kHeartbeat = {.at_least = 1e-3, .at_most = 65.535};  // u16 in ms, CiA 301 objects 1016, 1017
 constexpr Range kStartTimeout = {.at_least = 1e-3, .at_most = 600};
-constexpr Range kSdoTimeout = {.at_least = 1e-3, .at_most = 60};
-constexpr Range kEncoderPeriod = {.at_least = 1e-3, .at_most = 1};
 constexpr std::size_t kLongestInterface = 15;    // IFNAMSIZ less the final 0
 constexpr std::size_t kLongestSocketPath = 107;  // sun_path likewise
 
@@ -63,30 +62,39 @@ void read_bus_name(const Value& v, std::string& name) {
   }
 }
 
-void read_bus(Reader& r, BusConfig& bus) {
+void read_protocol_name(const Value& v, const hal::DriveProtocol*& protocol, Protocols protocols) {
+  std::string expected;
+  for (const hal::DriveProtocol* known : protocols)
+    expected += (expected.empty() ? "" : " or ") + std::string(known->name());
+  const std::string name = v.text(expected);
+  const auto found = std::ranges::find(protocols, name, [](const auto* known) { return known->name(); });
+  if (found == protocols.end()) v.fail(expected);
+  protocol = *found;
+}
+
+void read_time(Reader& r, std::string_view key, std::int64_t& time_ns, const Range& range) {
+  double seconds = 1e-9 * static_cast<double>(time_ns);
+  r.may(key, seconds, Dimension::kTime, range);
+  time_ns = std::llround(1e9 * seconds);
+}
+
+void read_bus(Reader& r, BusConfig& bus, Protocols protocols) {
   bus.line = r.line();
   r.need("name", bus.name, read_bus_name);
   r.may("bitrate", bus.bitrate, Dimension::kBitRate, Range{.above = 0, .at_most = 1e6});  // classic CAN
-  r.may("protocol", bus.protocol,
-        Words<hal::Protocol>{{"canopen", hal::Protocol::kCanopen}, {"odrive", hal::Protocol::kOdrive}});
-  if (bus.protocol == hal::Protocol::kOdrive) {  // what the drives are delivered with
-    bus.heartbeat = 0.1;
-    bus.heartbeat_timeout = 0.25;
-  }
-  r.may("master_node", bus.master_node, only_with(hal::Protocol::kCanopen, bus.protocol, kCanopenNode));
-  r.may("boot_timeout", bus.boot_timeout, Dimension::kTime, kStartTimeout);
-  r.may("enable_timeout", bus.enable_timeout, Dimension::kTime, kStartTimeout);
-  r.may("sdo_timeout", bus.sdo_timeout,
-        only_with(hal::Protocol::kCanopen, bus.protocol, Dimension::kTime, kSdoTimeout));
-  r.may("firmware", bus.firmware,
-        only_with(hal::Protocol::kOdrive, bus.protocol,
-                  Words<hal::OdriveFirmware>{{"0.5", hal::OdriveFirmware::k0_5},
-                                             {"0.6", hal::OdriveFirmware::k0_6}}));
-  r.may("encoder_period", bus.encoder_period,
-        only_with(hal::Protocol::kOdrive, bus.protocol, Dimension::kTime, kEncoderPeriod));
-  r.may("heartbeat", bus.heartbeat, Dimension::kTime, kHeartbeat);
-  r.may("heartbeat_timeout", bus.heartbeat_timeout, Dimension::kTime, kHeartbeat);
-  r.may("feedback_timeout", bus.feedback_timeout, Dimension::kTime, kHeartbeat);
+  hal::MasterConfig& master = bus.master;
+  r.may("protocol", master.protocol, [protocols](const Value& v, const hal::DriveProtocol*& protocol) {
+    read_protocol_name(v, protocol, protocols);
+  });
+  read_protocol_keys(r, protocols, *master.protocol, master,
+                     [](const hal::DriveProtocol& protocol, hal::Settings& section, hal::MasterConfig& its) {
+                       protocol.read_bus(section, its);
+                     });
+  read_time(r, "boot_timeout", master.start_timeout_ns, kStartTimeout);
+  read_time(r, "enable_timeout", master.enable_timeout_ns, kStartTimeout);
+  read_time(r, "heartbeat", master.heartbeat_ns, kHeartbeat);
+  read_time(r, "heartbeat_timeout", master.heartbeat_timeout_ns, kHeartbeat);
+  read_time(r, "feedback_timeout", master.feedback_timeout_ns, kHeartbeat);
 }
 
 /// The place of the effector that has that name; one that has positions.
@@ -107,15 +115,15 @@ void read_motion(Reader& r, MotionConfig& motion, const std::vector<EffectorConf
         [&](const Value& v, int& index) { read_effector_name(v, effectors, index); });
 }
 
-void read_servo(Reader& r, ServoConfig& servo, hal::Protocol protocol) {
+void read_servo(Reader& r, ServoConfig& servo, const SpokenProtocol& protocol) {
   r.may("acceleration_time", servo.acceleration_time, Dimension::kTime, Range{.at_least = 1e-3});
   r.may("position_gain", servo.position_gain, Dimension::kInverseTime, Range{.above = 0, .at_most = 1000});
   r.may("force_limit", servo.force_limit, Dimension::kNumber, kPositive);
   r.may("friction", servo.friction, Dimension::kNumber, Range{.above = 0, .at_most = 1});
-  r.may("following_error", servo.following_error,
-        only_with(hal::Protocol::kCanopen, protocol, Dimension::kNumber, Range{.above = 0, .at_most = 1}));
-  r.may("encoder_counts", servo.encoder_counts,
-        only_with(hal::Protocol::kOdrive, protocol, Range{.at_least = 1}));
+  read_protocol_keys(r, protocol.known, protocol.spoken, servo.own,
+                     [](const hal::DriveProtocol& its, hal::Settings& section, std::any& own) {
+                       its.read_simulation(section, own);
+                     });
 }
 
 /// @param config  with bus, actuators and sensors read already
@@ -132,7 +140,7 @@ void read_fault(Reader& r, PlantFault& fault, const Config& config) {
   fault.after = after;
 }
 
-void read_plant(Reader& r, PlantConfig& plant, const Config& config) {
+void read_plant(Reader& r, PlantConfig& plant, const Config& config, Protocols protocols) {
   r.need("young_modulus", plant.young_modulus, Dimension::kPressure, kPositive);
   r.need("poisson_ratio", plant.poisson_ratio, Dimension::kNumber, kPoissonRatio);
   r.need("mass", plant.mass, Dimension::kMass, kPositive);
@@ -140,13 +148,14 @@ void read_plant(Reader& r, PlantConfig& plant, const Config& config) {
   r.may("damping_stiffness", plant.damping_stiffness, Dimension::kTime, kNotNegative);
   r.may("time_step", plant.time_step, Dimension::kTime, kPositive);
   r.may("loads", plant.loads, read_load);
-  r.may("drives", plant.drives,
-        [&](Reader& section, ServoConfig& servo) { read_servo(section, servo, config.bus.protocol); });
+  r.may("drives", plant.drives, [&](Reader& section, ServoConfig& servo) {
+    read_servo(section, servo, {*config.bus.master.protocol, protocols});
+  });
   r.may("faults", plant.faults,
         [&](Reader& section, PlantFault& fault) { read_fault(section, fault, config); });
 }
 
-void read_robot(Reader& r, Config& config) {
+void read_robot(Reader& r, Config& config, Protocols protocols) {
   r.need("robot", config.robot, read_name);
   r.need("mesh", config.mesh, read_mesh);
   r.need("material", config.material, read_material);
@@ -155,9 +164,10 @@ void read_robot(Reader& r, Config& config) {
   r.need("fixed", config.fixed, read_region);
   r.may("snap", config.snap, Dimension::kLength, kNotNegative);
   r.need("effectors", config.effectors, read_effector);
-  r.need("bus", config.bus, read_bus);
+  config.bus.master.protocol = protocols.front();  // also where the section is missing
+  r.need("bus", config.bus, [&](Reader& section, BusConfig& bus) { read_bus(section, bus, protocols); });
   r.need("actuators", config.actuators, [&](Reader& section, ActuatorConfig& actuator) {
-    read_actuator(section, actuator, config.bus.protocol);
+    read_actuator(section, actuator, {*config.bus.master.protocol, protocols});
   });
   r.may("sensors", config.sensors,
         [&](const Value& v, SensorConfig& sensor) { read_sensor(v, sensor, config); });
@@ -165,17 +175,18 @@ void read_robot(Reader& r, Config& config) {
   r.may("motion", config.motion,
         [&](Reader& section, MotionConfig& motion) { read_motion(section, motion, config.effectors); });
   r.may("plant", config.plant,
-        [&](Reader& section, PlantConfig& plant) { read_plant(section, plant, config); });
+        [&](Reader& section, PlantConfig& plant) { read_plant(section, plant, config, protocols); });
 }
 
 }  // namespace
 
-Config load_config(const std::filesystem::path& file, ConfigKeys* keys) {
+Config load_config(const std::filesystem::path& file, ConfigKeys* keys,
+                   std::span<const hal::DriveProtocol* const> protocols) {
   Source source{.file = file};
   const Value robot = load_yaml(source);
   Config config;
   config.file = file;
-  robot.read(config, read_robot);
+  robot.read(config, [protocols](Reader& r, Config& out) { read_robot(r, out, protocols); });
   check_rules(robot, config);
   if (keys) *keys = source.keys;
   return config;

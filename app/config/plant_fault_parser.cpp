@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/config/quantity.h"
+#include "hal/drive/drive_protocol.h"
 
 namespace tendril::app {
 namespace {
@@ -18,26 +19,28 @@ using Kind = PlantFaultKind;
 /// actuator; SENSOR, that of a sensor; CODE, a whole number; TIME, SIZE and SHARE, a number and a unit.
 struct Row {
   Kind kind;
-  std::string_view pattern;
+  std::string pattern;
   std::string_view effect;
-  std::optional<hal::Protocol> protocol = {};
+  std::uint32_t largest_code = 0;
 };
 
-constexpr Row kRows[] = {
-    {Kind::kDriveFault, "fault AXIS emcy CODE", "its drive fails with that EMCY error code (0x1 to 0xFFFF)",
-     hal::Protocol::kCanopen},
-    {Kind::kDriveFault, "fault AXIS error CODE", "its axis fails with those error bits (from 0x1 on)",
-     hal::Protocol::kOdrive},
-    {Kind::kSilent, "heartbeat AXIS off", "its drive's heartbeats no longer come, all else goes on"},
-    {Kind::kStuck, "stuck AXIS", "its mechanics jam; the drive says nothing of it"},
-    {Kind::kCut, "cut AXIS", "its cable never pulls again, though the drive turns"},
-    {Kind::kDelay, "delay TIME", "what the robot sends arrives so much later (at most 1 s)"},
-    {Kind::kDrop, "drop SHARE", "so many of all frames are lost, both ways (0 % to 100 %)"},
-    {Kind::kNoise, "noise SIZE", "what is measured in that unit (mm, N, Pa) errs by that standard deviation"},
-    {Kind::kSensorSilent, "sensor SENSOR off", "it sends nothing"},
-    {Kind::kBusOff, "bus off", "the robot neither sends nor hears"},
-    {Kind::kClear, "clear", "all of it ends, but for cut cables and what a reset must clear"},
-};
+/// The failure of a drive is named as its protocol does.
+std::vector<Row> rows_of(const hal::DriveProtocol& protocol) {
+  const hal::FaultInjection drive = protocol.fault_injection();
+  return {
+      {Kind::kDriveFault, fmt::format("fault AXIS {} CODE", drive.word), drive.effect, drive.largest_code},
+      {Kind::kSilent, "heartbeat AXIS off", "its drive's heartbeats no longer come, all else goes on"},
+      {Kind::kStuck, "stuck AXIS", "its mechanics jam; the drive says nothing of it"},
+      {Kind::kCut, "cut AXIS", "its cable never pulls again, though the drive turns"},
+      {Kind::kDelay, "delay TIME", "what the robot sends arrives so much later (at most 1 s)"},
+      {Kind::kDrop, "drop SHARE", "so many of all frames are lost, both ways (0 % to 100 %)"},
+      {Kind::kNoise, "noise SIZE",
+       "what is measured in that unit (mm, N, Pa) errs by that standard deviation"},
+      {Kind::kSensorSilent, "sensor SENSOR off", "it sends nothing"},
+      {Kind::kBusOff, "bus off", "the robot neither sends nor hears"},
+      {Kind::kClear, "clear", "all of it ends, but for cut cables and what a reset must clear"},
+  };
+}
 
 std::vector<std::string_view> words_of(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r";
@@ -49,8 +52,6 @@ std::vector<std::string_view> words_of(std::string_view text) {
     text.remove_prefix(words.back().size());
   }
 }
-
-bool spoken(const Row& row, hal::Protocol protocol) { return !row.protocol || *row.protocol == protocol; }
 
 [[noreturn]] void mistake(std::string_view expected, const Row& row) {
   throw PlantFaultMistake(fmt::format("{}, as in '{}'", expected, row.pattern));
@@ -85,9 +86,8 @@ double read_code(std::string_view word, const Row& row) {
   std::uint32_t code = 0;
   const auto [stop, error] =
       std::from_chars(digits.data(), digits.data() + digits.size(), code, hexadecimal ? 16 : 10);
-  const std::uint32_t most = row.protocol == hal::Protocol::kCanopen ? 0xFFFF : UINT32_MAX;
-  if (error != std::errc() || stop != digits.data() + digits.size() || code == 0 || code > most)
-    mistake(fmt::format("a code from 0x1 to 0x{:X}", most), row);
+  if (error != std::errc() || stop != digits.data() + digits.size() || code == 0 || code > row.largest_code)
+    mistake(fmt::format("a code from 0x1 to 0x{:X}", row.largest_code), row);
   return code;
 }
 
@@ -161,21 +161,18 @@ std::optional<PlantFault> match(const Row& row, const std::vector<std::string_vi
 }  // namespace
 
 PlantFault parse_plant_fault(std::string_view line, const Config& config) {
-  const hal::Protocol protocol = config.bus.protocol;
   const std::vector<std::string_view> words = words_of(line);
-  for (const Row& row : kRows)
-    if (spoken(row, protocol))
-      if (const auto fault = match(row, words, config)) return *fault;
+  const std::vector<Row> rows = rows_of(*config.bus.master.protocol);
+  for (const Row& row : rows)
+    if (const auto fault = match(row, words, config)) return *fault;
   std::string known;
-  for (const Row& row : kRows)
-    if (spoken(row, protocol)) known += fmt::format("{}'{}'", known.empty() ? "" : ", ", row.pattern);
+  for (const Row& row : rows) known += fmt::format("{}'{}'", known.empty() ? "" : ", ", row.pattern);
   throw PlantFaultMistake("one of " + known);
 }
 
-std::string plant_fault_help(hal::Protocol protocol) {
+std::string plant_fault_help(const hal::DriveProtocol& protocol) {
   std::string text;
-  for (const Row& row : kRows)
-    if (spoken(row, protocol)) text += fmt::format("{:22} {}\n", row.pattern, row.effect);
+  for (const Row& row : rows_of(protocol)) text += fmt::format("{:22} {}\n", row.pattern, row.effect);
   return text;
 }
 

@@ -22,6 +22,6 @@ PlantFault parse_plant_fault(std::string_view line, const Config& config);
 
 /// All lines that parse_plant_fault takes, each with what it does, for people.
 /// Real-time: no (allocates).
-std::string plant_fault_help(hal::Protocol protocol);
+std::string plant_fault_help(const hal::DriveProtocol& protocol);
 
 }  // namespace tendril::app

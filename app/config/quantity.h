@@ -5,28 +5,11 @@
 #include <string>
 #include <string_view>
 
+#include "hal/drive/settings.h"
+
 namespace tendril::app {
 
-/// What a number in a robot file measures; the SI unit stands beside it.
-enum class Dimension {
-  kNumber,        // 1
-  kLength,        // m
-  kTime,          // s
-  kRate,          // Hz
-  kBitRate,       // bit/s
-  kInverseTime,   // 1/s
-  kMass,          // kg
-  kForce,         // N
-  kPressure,      // Pa
-  kSpeed,         // m/s
-  kAcceleration,  // m/s²
-  kAngle,         // rad
-  kVolume,        // m³
-  kFlow,          // m³/s
-  kTurnRate,      // rev/s
-  kCurrent,       // A
-  kTorque,        // Nm
-};
+using hal::Dimension;
 
 /// Reads "numbers unit" ("0 0 125 mm", "150 kPa", "0.45") whatever the locale: as many finite decimal numbers
 /// as `out` has room for, parted by blanks, then one unit of the dimension (none for kNumber).

@@ -51,44 +51,45 @@ std::string without_indices(std::string_view path) {
   return schema;
 }
 
-}  // namespace
-
-bool Range::contains(double value) const {
-  return value > above && value >= at_least && value <= at_most && value < below;
+bool contains(const Range& range, double value) {
+  return value > range.above && value >= range.at_least && value <= range.at_most && value < range.below;
 }
 
-std::string Range::describe(std::string_view unit) const {
+/// " above 0 Hz and no more than 20000 Hz", " from 1 to 127"; empty where nothing binds.
+std::string describe(const Range& range, std::string_view unit) {
   const auto with_unit = [&](double bound) {
     return fmt::format("{}{}{}", bound, unit.empty() ? "" : " ", unit);
   };
-  if (at_least > -kInfinity && at_most < kInfinity) {
-    return " from " + with_unit(at_least) + " to " + with_unit(at_most);
+  if (range.at_least > -Range::kInfinity && range.at_most < Range::kInfinity) {
+    return " from " + with_unit(range.at_least) + " to " + with_unit(range.at_most);
   }
   std::string text;
   const auto add = [&](const char* words, double bound) {
-    if (std::abs(bound) == kInfinity) return;
+    if (std::abs(bound) == Range::kInfinity) return;
     text += (text.empty() ? " " : " and ") + std::string(words) + with_unit(bound);
   };
-  add("above ", above);
-  add("no less than ", at_least);
-  add("no more than ", at_most);
-  add("below ", below);
+  add("above ", range.above);
+  add("no less than ", range.at_least);
+  add("no more than ", range.at_most);
+  add("below ", range.below);
   return text;
 }
+
+}  // namespace
 
 Value::Value(const YAML::Node& node, std::string path, int line, Source& source)
     : node_(node), path_(std::move(path)), line_(line), source_(&source) {}
 
 void Value::read(double& out, Dimension dimension, const Range& range) const {
   read_numbers({&out, 1}, dimension);
-  if (!range.contains(out)) fail("a value" + range.describe(si_unit(dimension)));
+  if (!contains(range, out)) fail("a value" + describe(range, si_unit(dimension)));
 }
 
 void Value::read(double& min, double& max, Dimension dimension, const Range& range) const {
   std::array<double, 2> ends = {};
   read_numbers(ends, dimension);
-  if (!std::ranges::all_of(ends, [&](double end) { return range.contains(end); })) {
-    fail("two values" + range.describe(si_unit(dimension)));
+  if (!std::ranges::all_of(ends, [&](double end) { return contains(range, end); })) {
+    fail("two values" + describe(range, si_unit(dimension)));
   }
   if (ends[0] > ends[1]) fail("the lower limit first, then the upper one");
   min = ends[0];
@@ -120,8 +121,8 @@ void Value::read(int& out, const Range& range) const {
   const char* const begin = text.data() + (hexadecimal ? 2 : 0);
   const char* const end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(begin, end, out, hexadecimal ? 16 : 10);
-  if (error != std::errc() || stop != end || !range.contains(out)) {
-    fail("a whole number" + range.describe(""));
+  if (error != std::errc() || stop != end || !contains(range, out)) {
+    fail("a whole number" + describe(range, ""));
   }
 }
 

@@ -6,7 +6,6 @@
 #include <concepts>
 #include <filesystem>
 #include <initializer_list>
-#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -19,16 +18,9 @@
 
 namespace tendril::app {
 
-/// Bounds that a number keeps, in its SI unit; a bound that is not named does not bind.
-struct Range {
-  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  double above = -kInfinity, at_least = -kInfinity, at_most = kInfinity, below = kInfinity;
-
-  [[nodiscard]] bool contains(double value) const;
-  /// " above 0 Hz and no more than 20000 Hz", " from 1 to 127"; empty where nothing binds.
-  [[nodiscard]] std::string describe(std::string_view unit) const;
-};
-inline constexpr Range kPositive = {.above = 0}, kNotNegative = {.at_least = 0};
+using hal::kNotNegative;
+using hal::kPositive;
+using hal::Range;
 
 /// The words a key may have for its value, and what each means.
 template <class T>
@@ -138,6 +130,10 @@ class Reader {
   void finish() const;
 
   [[nodiscard]] int line() const { return section_.line(); }
+  [[nodiscard]] bool has(std::string_view key) const { return given_.contains(std::string(key)); }
+  /// Whether somebody has asked for the key.
+  [[nodiscard]] bool asked(std::string_view key) const { return asked_.contains(std::string(key)); }
+  [[nodiscard]] Value at(std::string_view key) const { return section_.at(key); }
 
  private:
   bool ask(std::string_view key, bool required);

@@ -11,6 +11,7 @@
 #include <optional>
 #include <thread>
 
+#include "app/config/master_config.h"
 #include "app/daemon/run_recorder.h"
 #include "app/daemon/sensor_watch.h"
 #include "app/daemon/service_manager.h"
@@ -25,7 +26,7 @@
 #include "app/robot/qp_budget.h"
 #include "app/robot/robot.h"
 #include "hal/bus/open_bus.h"
-#include "hal/protocols/drive_protocol.h"
+#include "hal/drive/drive_protocol.h"
 #include "rt/periodic_clock.h"
 
 namespace tendril::app {
@@ -238,7 +239,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   const size_t m = config.actuators.size();
   spdlog::info("{}: {} on {}", config.robot, m == 1 ? "one actuator" : fmt::format("{} actuators", m),
                bus->describe());
-  if (const std::string advice = advice_on_power_on(config); !advice.empty()) spdlog::warn("{}", advice);
+  for (const std::string& warning : warnings_on_drives(config)) spdlog::warn("{}", warning);
   rt::ControlLoop loop(*bus, *master, controller, channels->snapshots, channels->targets, channels->feedback,
                        channels->requests);
   ModelThread model(*robot, config, *channels);

@@ -1,5 +1,4 @@
 #include "app/jog/jog_run.h"
-#include "app/config/load_config.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -12,13 +11,15 @@
 #include <thread>
 
 #include "app/config/config.h"
+#include "app/config/load_config.h"
+#include "app/config/master_config.h"
 #include "app/config/quantity.h"
 #include "app/jog/jog.h"
 #include "app/program/real_time_rights.h"
 #include "app/program/stop_signal.h"
 #include "app/robot/robot.h"
 #include "hal/bus/open_bus.h"
-#include "hal/protocols/drive_protocol.h"
+#include "hal/drive/drive_protocol.h"
 #include "rt/periodic_clock.h"
 #include "rt/spsc_ring.h"
 #include "rt/thread.h"

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/config/master_config.h"
 #include "fem/body/equilibrium.h"
-#include "hal/protocols/drive_protocol.h"
+#include "hal/drive/drive_protocol.h"
+#include "hal/sim/simulated_actuator.h"
 
 namespace tendril::app {
 namespace {
@@ -21,15 +23,14 @@ constexpr double kOutOfReach_m = -10;  // of a cable that is cut; more than a so
 hal::SimulatedActuator simulated(const ActuatorConfig& actuator, const ServoConfig& servo,
                                  double displacement) {
   const double largest_effort = std::max(std::abs(actuator.effort_min), std::abs(actuator.effort_max));
-  const double range = actuator.displacement_max - actuator.displacement_min;
   return {.top_rate = kSpareSpeed * actuator.top_rate,
           .displacement = displacement,
+          .displacement_range = actuator.displacement_max - actuator.displacement_min,
           .force_limit = largest_effort > 0 ? servo.force_limit * largest_effort : kUnlimited,
           .acceleration_time = servo.acceleration_time,
           .friction = servo.friction,
           .position_gain = servo.position_gain,
-          .following_error = servo.following_error ? *servo.following_error * range : kUnlimited,
-          .encoder_counts = servo.encoder_counts};
+          .own = servo.own};
 }
 
 }  // namespace
@@ -39,9 +40,8 @@ PlantDrives::PlantDrives(const Config& config, const PlantDisplacements& start)
   std::ranges::stable_sort(planned_, {}, &PlantFault::after);
   const hal::MasterConfig master = master_config(config);
   for (size_t a = 0; a < config.actuators.size(); ++a) {
-    drives_.push_back(hal::make_drive(
+    drives_.push_back(master.protocol->make_simulated_drive(
         master, static_cast<int>(a), simulated(config.actuators[a], config.plant->drives, start.delta_a[a])));
-    heartbeat_ids_.push_back(hal::heartbeat_identifier(master, static_cast<int>(a)));
   }
 }
 
@@ -53,11 +53,11 @@ void PlantDrives::serve(hal::Bus& bus, const PlantSighting& sighting, std::int64
     if (!line_.hears()) continue;
     answers_.clear();
     for (auto& drive : drives_) drive->receive(frame, now_ns, answers_);
-    send(bus, now_ns);
+    line_.send(bus, answers_, now_ns);
   }
   answers_.clear();
   for (auto& drive : drives_) drive->advance(now_ns, answers_);
-  send(bus, now_ns);
+  line_.send(bus, answers_, now_ns);
   show(bus, sighting, now_ns);
 }
 
@@ -77,8 +77,7 @@ void PlantDrives::inject(const PlantFault& fault) noexcept {
     case PlantFaultKind::kDriveFault:
       return drives_[fault.axis]->inject_fault(static_cast<std::uint32_t>(fault.value));
     case PlantFaultKind::kSilent:
-      silent_[fault.axis] = true;
-      return;
+      return drives_[fault.axis]->set_silent(true);
     case PlantFaultKind::kStuck:
       return drives_[fault.axis]->set_jammed(true);
     case PlantFaultKind::kCut:
@@ -108,21 +107,15 @@ void PlantDrives::inject(const PlantFault& fault) noexcept {
 }
 
 void PlantDrives::clear() noexcept {
-  silent_ = {};
-  for (auto& drive : drives_) drive->set_jammed(false);
+  for (auto& drive : drives_) {
+    drive->set_silent(false);
+    drive->set_jammed(false);
+  }
   line_.set_delay(0);
   line_.set_loss(0);
   line_.set_off(false);
   noise_ = {};
   sensor_silent_ = {};
-}
-
-void PlantDrives::send(hal::Bus& bus, std::int64_t now_ns) noexcept {
-  if (std::ranges::find(silent_, true) == silent_.end()) return line_.send(bus, answers_, now_ns);
-  for (const hal::Frame& frame : answers_) {
-    const auto owner = std::ranges::find(heartbeat_ids_, frame.id) - heartbeat_ids_.begin();
-    if (owner == std::ssize(heartbeat_ids_) || !silent_[owner]) line_.send(bus, {&frame, 1}, now_ns);
-  }
 }
 
 void PlantDrives::show(hal::Bus& bus, const PlantSighting& sighting, std::int64_t now_ns) noexcept {

@@ -59,7 +59,6 @@ class PlantDrives {
  private:
   void inject_due(std::int64_t now_ns) noexcept;
   void clear() noexcept;
-  void send(hal::Bus& bus, std::int64_t now_ns) noexcept;
   void show(hal::Bus& bus, const PlantSighting& sighting, std::int64_t now_ns) noexcept;
 
   std::vector<std::unique_ptr<hal::SimulatedDrive>> drives_;
@@ -69,8 +68,7 @@ class PlantDrives {
   std::size_t injected_ = 0;                               // of those planned
   std::int64_t start_ns_ = -1;                             // of the first call of serve; -1: none yet
   PlantLine line_;
-  std::vector<std::uint32_t> heartbeat_ids_;  // one an axis
-  std::array<bool, kMaxActuators> silent_{}, cut_{};
+  std::array<bool, kMaxActuators> cut_{};
   std::array<bool, hal::kMaxSensors> sensor_silent_{};
   struct Noise {
     double position = 0, force = 0, pressure = 0;  // standard deviations, m, N, Pa

@@ -1,5 +1,4 @@
 #include "app/plant/plant_console.h"
-#include "app/config/plant_fault_parser.h"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -8,6 +7,8 @@
 
 #include <cerrno>
 #include <csignal>
+
+#include "app/config/plant_fault_parser.h"
 
 namespace tendril::app {
 namespace {
@@ -45,7 +46,7 @@ std::vector<PlantFault> PlantConsole::read(int timeout_ms) {
 void PlantConsole::obey(const std::string& line, std::vector<PlantFault>& faults) const {
   if (line.find_first_not_of(" \t\r") == std::string::npos) return;
   if (line == "help") {
-    fmt::print("{}", plant_fault_help(config_.bus.protocol));
+    fmt::print("{}", plant_fault_help(*config_.bus.master.protocol));
     std::fflush(stdout);
     return;
   }

@@ -2,38 +2,27 @@
 
 #include <fmt/format.h>
 
+#include "app/config/master_config.h"
 #include "app/robot/robot.h"
-#include "hal/protocols/drive_protocol.h"
-#include "hal/protocols/frame_layout.h"
+#include "hal/drive/drive_protocol.h"
 
 namespace tendril::app {
 
 hal::BusBudget check_bus(const Config& config) {
-  const hal::MasterConfig master = master_config(config);
-  const auto refuse = [&](const std::string& what) {
-    throw ConfigError(fmt::format("{}:{}: bus: {}", config.file.string(), config.bus.line, what));
-  };
-  try {
-    hal::check(master);
-  } catch (const std::invalid_argument& error) {
-    refuse(error.what());
-  }
-  const auto traffic = hal::periodic_frames(master);
-  hal::BusBudget budget = hal::judge_bus(traffic, config.bus.bitrate);
-  if (budget.verdict == hal::BusBudget::Verdict::kExceeds) refuse(budget.text);
+  hal::BusBudget budget = hal::judge_bus(hal::periodic_frames(master_config(config)), config.bus.bitrate);
+  if (budget.verdict == hal::BusBudget::Verdict::kExceeds)
+    throw ConfigError(fmt::format("{}:{}: bus: {}", config.file.string(), config.bus.line, budget.text));
   return budget;
 }
 
-std::string advice_on_power_on(const Config& config) {
-  std::string names;
-  for (const ActuatorConfig& actuator : config.actuators)
-    if (actuator.drive.counts_from_power_on.value_or(false))
-      names += fmt::format("{}'{}'", names.empty() ? "" : ", ", actuator.name);
-  if (names.empty()) return "";
-  return fmt::format(
-      "drive.reference is power_on of {}: these must get power where their displacement is drive.offset, "
-      "in the shape of the mesh unless it is given; nothing else tells where they stand",
-      names);
+std::vector<std::string> warnings_on_drives(const Config& config) {
+  const hal::MasterConfig master = master_config(config);
+  return master.protocol->warnings(master);
+}
+
+std::vector<std::string> advice_on_drives(const Config& config) {
+  const hal::MasterConfig master = master_config(config);
+  return master.protocol->advice(master);
 }
 
 std::string bus_dbc(const Config& config) {

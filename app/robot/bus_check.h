@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "app/config/config.h"
 #include "hal/bus/bus_budget.h"
@@ -8,13 +9,14 @@
 namespace tendril::app {
 
 /// What the frames of a running robot need of its bus, at worst.
-/// @throws ConfigError where they cannot fit the bit rate, or two senders share an identifier
+/// @throws ConfigError where they cannot fit the bit rate
 /// Real-time: no.
 hal::BusBudget check_bus(const Config& config);
 
-/// What a person must see to where axes count from wherever they stood when they got power; empty where none
-/// do. Real-time: no (allocates).
-std::string advice_on_power_on(const Config& config);
+/// What a person must know of the drives' settings at each start, and what is worth a second look, a sentence
+/// each. Real-time: no (allocates).
+std::vector<std::string> warnings_on_drives(const Config& config);
+std::vector<std::string> advice_on_drives(const Config& config);
 
 /// Every frame of the robot's bus as a DBC file.
 /// @throws ConfigError as `check_bus`

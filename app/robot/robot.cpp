@@ -203,34 +203,4 @@ rt::ControllerConfig controller_config(const Config& config) {
   return result;
 }
 
-hal::MasterConfig master_config(const Config& config) {
-  hal::MasterConfig result;
-  for (const ActuatorConfig& actuator : config.actuators) {
-    const DriveConfig& drive = actuator.drive;
-    hal::AxisConfig axis;
-    axis.name = actuator.name;
-    axis.node = drive.node;
-    axis.scale = drive.scale();
-    axis.set_point = drive.set_point;
-    axis.displacement_min = actuator.displacement_min;
-    axis.displacement_max = actuator.displacement_max;
-    axis.canopen = drive.canopen;
-    axis.odrive = {drive.velocity_limit, drive.current_limit};
-    result.axes.push_back(axis);
-  }
-  result.period_ns = nanoseconds(1 / config.control.rate_hz);
-  result.protocol = config.bus.protocol;
-  result.canopen.master_node = config.bus.master_node;
-  result.start_timeout_ns = result.canopen.boot_timeout_ns = nanoseconds(config.bus.boot_timeout);
-  result.enable_timeout_ns = nanoseconds(config.bus.enable_timeout);
-  result.canopen.sdo_timeout_ns = nanoseconds(config.bus.sdo_timeout);
-  result.odrive.firmware = config.bus.firmware;
-  result.odrive.encoder_period_ns = nanoseconds(config.bus.encoder_period);
-  result.heartbeat_ns = nanoseconds(config.bus.heartbeat);
-  result.heartbeat_timeout_ns = nanoseconds(config.bus.heartbeat_timeout);
-  result.feedback_timeout_ns = nanoseconds(config.bus.feedback_timeout);
-  for (const SensorConfig& sensor : config.sensors) result.sensors.push_back(sensor.frame);
-  return result;
-}
-
 }  // namespace tendril::app

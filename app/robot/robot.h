@@ -5,8 +5,7 @@
 #include "app/config/config.h"
 #include "fem/body/constraints.h"
 #include "fem/body/model.h"
-#include "hal/drive/master_config.h"
-#include "hal/protocols/frame_layout.h"
+#include "hal/drive/frame_layout.h"
 #include "rt/controller.h"
 
 namespace tendril::app {
@@ -45,9 +44,6 @@ constexpr int useful_iterations(int actuators) { return 16 * actuators; }
 /// Limits and rates of the control law; where the file has no iteration cap, useful_iterations(), whatever
 /// the machine. Real-time: no.
 rt::ControllerConfig controller_config(const Config& config);
-
-/// Axes and rates of the drives' bus. Real-time: no.
-hal::MasterConfig master_config(const Config& config);
 
 /// What people read the displacements of an actuator in. Real-time: no.
 hal::DisplacementUnit displacement_unit(const ActuatorConfig& actuator);

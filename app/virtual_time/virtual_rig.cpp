@@ -4,8 +4,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "app/config/master_config.h"
 #include "app/robot/inverse_statics.h"
-#include "hal/protocols/drive_protocol.h"
+#include "hal/drive/drive_protocol.h"
 #include "rt/heap_guard.h"
 
 namespace tendril::app {

@@ -36,19 +36,19 @@ Cia402Axis::Cia402Axis(const AxisConfig& axis, const MasterConfig& config)
       tpdo_id_(tpdo_cob_id(axis)),
       scale_(axis.scale),
       follows_effort_(axis.set_point == SetPoint::kEffort),
-      rated_torque_(axis.canopen.rated_torque),
+      rated_torque_(cia402_settings(axis).rated_torque),
       range_(axis),
       setup_steps_(setup_steps(axis, config)),
       homing_steps_(homing_steps(axis)),
       following_steps_(following_steps(axis)),
       release_steps_(release_steps()),
       soft_limits_(soft_limits(axis)),
-      reference_(axis.canopen.reference),
-      referenced_mask_(
-          static_cast<uint16_t>(axis.canopen.referenced_bit < 0 ? 0 : 1u << axis.canopen.referenced_bit)),
-      homing_timeout_ns_(axis.canopen.homing.timeout_ns),
-      sdo_(axis.node, config.canopen.sdo_timeout_ns, config.canopen.sdo_attempts),
-      names_(axis.node, config.canopen.sdo_timeout_ns, config.canopen.sdo_attempts) {}
+      reference_(cia402_settings(axis).reference),
+      referenced_mask_(static_cast<uint16_t>(
+          cia402_settings(axis).referenced_bit < 0 ? 0 : 1u << cia402_settings(axis).referenced_bit)),
+      homing_timeout_ns_(cia402_settings(axis).homing.timeout_ns),
+      sdo_(axis.node, cia402_settings(config).sdo_timeout_ns, cia402_settings(config).sdo_attempts),
+      names_(axis.node, cia402_settings(config).sdo_timeout_ns, cia402_settings(config).sdo_attempts) {}
 
 void Cia402Axis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
   if (const auto feedback = decode_drive_feedback(tpdo_id_, frame)) {
@@ -165,7 +165,7 @@ void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
       may_watch_us_ = false;
       break;
     case Stage::kBooting:
-      if (now_ns - stage_since_ns_ > config_.canopen.boot_timeout_ns) configure();
+      if (now_ns - stage_since_ns_ > config_.start_timeout_ns) configure();
       break;
     case Stage::kIdentifying:
       switch (names_.advance(now_ns, out)) {

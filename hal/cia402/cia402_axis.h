@@ -8,9 +8,9 @@
 #include "hal/canopen/drive_names.h"
 #include "hal/canopen/sdo_sequence.h"
 #include "hal/cia402/cia402.h"
+#include "hal/cia402/cia402_settings.h"
 #include "hal/cia402/cia402_setup.h"
 #include "hal/drive/drives.h"
-#include "hal/drive/master_config.h"
 #include "hal/drive/range_watch.h"
 
 namespace tendril::hal {

@@ -69,7 +69,7 @@ class Cia402Drive {
   NmtState nmt_state() const noexcept { return nmt_; }
 
   /// Makes the drive fail with that EMCY error code at the next `advance`. Real-time: yes.
-  void inject_fault(uint16_t code) noexcept { injected_fault_ = code; }
+  void inject_fault(uint32_t code) noexcept { injected_fault_ = static_cast<uint16_t>(code); }
 
   /// Jams its mechanics, or lets them go. Real-time: yes.
   void set_jammed(bool jammed) noexcept { servo_.set_jammed(jammed); }

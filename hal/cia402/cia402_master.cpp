@@ -31,7 +31,9 @@ std::string object_text(uint32_t object) {
 }  // namespace
 
 Cia402Master::Cia402Master(MasterConfig config)
-    : config_(checked_canopen(std::move(config))), supervisor_(config_) {
+    : config_(checked_canopen(std::move(config))),
+      master_node_(cia402_settings(config_).master_node),
+      supervisor_(config_) {
   axes_.reserve(config_.axes.size());
   for (const AxisConfig& axis : config_.axes) axes_.emplace_back(axis, config_);
 }
@@ -58,7 +60,7 @@ void Cia402Master::command(const Command& command, int64_t now_ns, FrameBatch& o
   if (command.reset) supervisor_.reset(axes_);
   const Measurement& known = supervisor_.measurement();
   if (now_ns >= next_heartbeat_ns_) {
-    out.push(encode_heartbeat(config_.canopen.master_node, NmtState::kOperational));
+    out.push(encode_heartbeat(master_node_, NmtState::kOperational));
     next_heartbeat_ns_ = now_ns + config_.heartbeat_ns;
   }
   if (command.finish && !command.enable && known.all_disabled)
@@ -122,7 +124,7 @@ std::string Cia402Master::describe(const DriveFault& fault) const {
     case FaultKind::kNotReferenced:
       return who + kind +
              format(": bit %d of its statusword is not set (statusword %04X)",
-                    config_.axes[fault.axis].canopen.referenced_bit, fault.code);
+                    cia402_settings(config_.axes[fault.axis]).referenced_bit, fault.code);
     case FaultKind::kOutOfRange:
       return who + describe_out_of_range(fault);
     case FaultKind::kHomingFailed:

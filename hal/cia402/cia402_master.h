@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "hal/cia402/cia402_axis.h"
+#include "hal/cia402/cia402_settings.h"
 #include "hal/drive/drives.h"
-#include "hal/drive/master_config.h"
 #include "hal/drive/supervisor.h"
 
 namespace tendril::hal {
@@ -41,6 +41,7 @@ class Cia402Master final : public DriveMaster {
   int axis_to_home() const noexcept;
 
   MasterConfig config_;
+  int master_node_;
   std::vector<Cia402Axis> axes_;
   Supervisor supervisor_;
   int64_t next_heartbeat_ns_ = 0;

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
 
 #include "hal/cia402/cia402.h"
 #include "hal/drive/range_watch.h"
@@ -16,38 +19,103 @@ uint32_t to_ms(int64_t duration_ns) {
   return static_cast<uint32_t>((duration_ns + kSetupMillisecond_ns / 2) / kSetupMillisecond_ns);
 }
 
-void check_axis(const AxisConfig& axis, int master_node) {
-  const std::string who = "axis '" + axis.name + "': ";
-  const std::string node = "node " + std::to_string(axis.node);
-  if (axis.node < 1 || axis.node > 127) refuse_drives(who + node + " is not within 1..127");
-  if (axis.node == master_node) refuse_drives(who + node + " is the master's own");
-  if (axis.canopen.pdo < 1 || axis.canopen.pdo > 4) refuse_drives(who + "the PDO number must be within 1..4");
-  const HomingConfig& homing = axis.canopen.homing;
-  if (axis.canopen.referenced_bit < -1 || axis.canopen.referenced_bit > 15)
-    refuse_drives(who + "a statusword has the bits 0..15");
-  // Each start would take for the zero wherever the axis stands by then.
-  if (axis.canopen.reference == Reference::kHoming && homing.method && homes_in_place(*homing.method) &&
-      axis.canopen.referenced_bit < 0)
-    refuse_drives(who + "homing in place needs the statusword bit that tells whether it has been done");
-  if (axis.set_point == SetPoint::kEffort && !(axis.canopen.rated_torque > 0))
-    refuse_drives(who + "to follow efforts it must have a rated torque");
-  if (!(axis.canopen.following_error >= 0)) refuse_drives(who + "a following error must not be negative");
-  if (homing.timeout_ns <= 0) refuse_drives(who + "the time for homing must be positive");
-  if (rpdo_cob_id(axis) > 0x7FF || tpdo_cob_id(axis) > 0x7FF) refuse_drives(who + "COB-IDs must fit 11 bits");
+constexpr double kLargestTorque = 32.767;  // rated ones, object 6071, i16 in thousandths
+
+std::string filled_in(const char* pattern, auto... values) {
+  char text[200];
+  std::snprintf(text, sizeof text, pattern, values...);
+  return text;
 }
+
+/// A drive that is commanded torques knows what they are thousandths of, and has room for the largest.
+void check_torques(const MasterConfig& config, int i) {
+  const AxisConfig& axis = config.axes[i];
+  const double rated = cia402_settings(axis).rated_torque;
+  if (axis.set_point != SetPoint::kEffort) return;
+  if (!(rated > 0))
+    refuse_drive(config, i, "rated_torque",
+                 "the torque that the drive calls 1000, as drive.setpoint is effort");
+  const double torque = std::abs(axis.scale.to_torque(axis.largest_effort));
+  if (torque > kLargestTorque * rated)
+    refuse_drive(
+        config, i, "rated_torque",
+        filled_in("at least %.4g Nm, as the largest effort is a torque of %.4g Nm and object 6071 holds "
+                  "32.767 times the rated one",
+                  torque / kLargestTorque, torque));
+}
+
+/// What an axis is told of homing has a use, and no start takes for the zero wherever the axis has got to.
+void check_reference(const MasterConfig& config, int i) {
+  const Cia402AxisSettings& settings = cia402_settings(config.axes[i]);
+  if (settings.referenced_bit < -1 || settings.referenced_bit > 15)
+    refuse_drive(config, i, "referenced_bit", "a bit of the statusword, 0 to 15");
+  if (settings.reference != Reference::kHoming) {
+    if (settings.homing_given) refuse_drive(config, i, "reference", "homing, as there is a section for it");
+    return;
+  }
+  const HomingConfig& homing = settings.homing;
+  if (homing.timeout_ns <= 0) refuse_drive(config, i, "homing.timeout", "a time above 0");
+  if (homing.method && homes_in_place(*homing.method) && settings.referenced_bit < 0)
+    refuse_drive(
+        config, i, "referenced_bit",
+        filled_in("the statusword bit that tells whether it has been done, as homing method %d takes "
+                  "wherever the axis stands at a start for the zero",
+                  static_cast<int>(*homing.method)));
+}
+
+void check_axis(const MasterConfig& config, int i) {
+  const AxisConfig& axis = config.axes[i];
+  if (axis.node < 1 || axis.node > 127) refuse_drive(config, i, "node", "a node id from 1 to 127");
+  if (cia402_settings(axis).pdo < 1 || cia402_settings(axis).pdo > 4)
+    refuse_drive(config, i, "pdo", "a PDO from 1 to 4");
+  if (rpdo_cob_id(axis) > 0x7FF) refuse_drive(config, i, "rpdo_id", "a COB-ID of 11 bits");
+  if (tpdo_cob_id(axis) > 0x7FF) refuse_drive(config, i, "tpdo_id", "a COB-ID of 11 bits");
+  check_reference(config, i);
+  if (!(cia402_settings(axis).following_error >= 0))
+    refuse_drive(config, i, "following_error", "a window that is not negative");
+  check_torques(config, i);
+}
+
+/// The identifiers that CiA 301 gives a node [predefined connection set].
+constexpr struct {
+  uint32_t base;
+  const char* name;
+} kPredefined[] = {{0x080, "the emergency message"},
+                   {0x180, "TPDO 1"},
+                   {0x200, "RPDO 1"},
+                   {0x280, "TPDO 2"},
+                   {0x300, "RPDO 2"},
+                   {0x380, "TPDO 3"},
+                   {0x400, "RPDO 3"},
+                   {0x480, "TPDO 4"},
+                   {0x500, "RPDO 4"},
+                   {0x580, "the SDO answer"},
+                   {0x600, "the SDO request"},
+                   {0x700, "the heartbeat"}};
 
 void check_identifiers(const MasterConfig& config) {
   IdentifierClaims claims;
-  claims.claim(kNmtId, "NMT");
+  claims.claim(kNmtId, "the NMT command");
   claims.claim(kSyncId, "SYNC");
-  claims.claim(kHeartbeatBase + config.canopen.master_node, "the master's heartbeat");
-  claims.claim(config.sensors);
+  const int master_node = cia402_settings(config).master_node;
+  claims.claim(kHeartbeatBase + master_node, "the master's heartbeat");
   for (const AxisConfig& axis : config.axes) {
     for (const uint32_t base : {kEmergencyBase, kSdoAnswerBase, kSdoRequestBase, kHeartbeatBase})
       claims.claim(base + axis.node, to_text(axis));
     claims.claim(rpdo_cob_id(axis), to_text(axis));
     claims.claim(tpdo_cob_id(axis), to_text(axis));
   }
+  // A sensor keeps off all that CiA 301 gives the nodes, too, whether or not they use it.
+  for (const AxisConfig& axis : config.axes)
+    for (const uint32_t id : {rpdo_cob_id(axis), tpdo_cob_id(axis)})
+      claims.name(id, "that of a PDO of the drive of '" + axis.name + "'");
+  const auto name_node = [&claims](int node) {
+    for (const auto& [base, name] : kPredefined)
+      claims.name(base + node, std::string(name) + " of node " + std::to_string(node));
+  };
+  for (const AxisConfig& axis : config.axes) name_node(axis.node);
+  name_node(master_node);
+  claims.claim_sensors(config);
 }
 
 SdoStep write(int index, int sub, int size, uint32_t value) {
@@ -68,7 +136,7 @@ int8_t following_mode(const AxisConfig& axis) noexcept {
 
 /// At least one count, and not 0xFFFFFFFF, which is no window at all.
 uint32_t following_error_window(const AxisConfig& axis) {
-  const double counts = axis.canopen.following_error / std::abs(axis.scale.displacement_per_count());
+  const double counts = cia402_settings(axis).following_error / std::abs(axis.scale.displacement_per_count());
   return static_cast<uint32_t>(std::clamp(std::round(counts), 1.0, double{0xFFFF'FFFE}));
 }
 
@@ -116,21 +184,23 @@ void append_checks(std::vector<SdoStep>& steps, const SyncedPdo& pdo) {
 }  // namespace
 
 uint32_t rpdo_cob_id(const AxisConfig& axis) noexcept {
-  return axis.canopen.rpdo_id != 0 ? axis.canopen.rpdo_id : 0x100 * (axis.canopen.pdo + 1) + axis.node;
+  return cia402_settings(axis).rpdo_id != 0 ? cia402_settings(axis).rpdo_id
+                                            : 0x100 * (cia402_settings(axis).pdo + 1) + axis.node;
 }
 
 uint32_t tpdo_cob_id(const AxisConfig& axis) noexcept {
-  return axis.canopen.tpdo_id != 0 ? axis.canopen.tpdo_id : 0x100 * axis.canopen.pdo + 0x80 + axis.node;
+  return cia402_settings(axis).tpdo_id != 0 ? cia402_settings(axis).tpdo_id
+                                            : 0x100 * cia402_settings(axis).pdo + 0x80 + axis.node;
 }
 
 void check_cia402(const MasterConfig& config) {
-  check_common(config);
-  const int master_node = config.canopen.master_node;
-  if (master_node < 1 || master_node > 127) refuse_drives("the master's node must be within 1..127");
-  if (to_ms(config.heartbeat_ns) < 1 || to_ms(config.heartbeat_timeout_ns) > 0xFFFF)
-    refuse_drives("heartbeats must be within 1 ms..65 s");
-  if (config.canopen.sdo_attempts < 1) refuse_drives("there must be at least one SDO attempt");
-  for (const AxisConfig& axis : config.axes) check_axis(axis, master_node);
+  const Cia402BusSettings& bus = cia402_settings(config);
+  if (bus.master_node < 1 || bus.master_node > 127) refuse_bus("master_node", "a node id from 1 to 127");
+  check_common(config, config.period_ns, bus.master_node);
+  if (to_ms(config.heartbeat_ns) < 1) refuse_bus("heartbeat", "at least 1 ms");
+  if (to_ms(config.heartbeat_timeout_ns) > 0xFFFF) refuse_bus("heartbeat_timeout", "at most 65.535 s");
+  if (bus.sdo_attempts < 1) throw std::invalid_argument("drives: there must be at least one SDO attempt");
+  for (int i = 0; i < static_cast<int>(config.axes.size()); ++i) check_axis(config, i);
   check_identifiers(config);
 }
 
@@ -148,25 +218,27 @@ std::string describe_set_up_object(uint32_t object) {
 }
 
 std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config) {
-  const int number = axis.canopen.pdo - 1;
-  std::vector<SdoStep> steps = {
-      write(0x1016, 1, 4,
-            static_cast<uint32_t>(config.canopen.master_node) << 16 | to_ms(config.heartbeat_timeout_ns)),
-      write(0x1017, 0, 2, to_ms(config.heartbeat_ns))};
+  const int number = cia402_settings(axis).pdo - 1;
+  std::vector<SdoStep> steps = {write(0x1016, 1, 4,
+                                      static_cast<uint32_t>(cia402_settings(config).master_node) << 16 |
+                                          to_ms(config.heartbeat_timeout_ns)),
+                                write(0x1017, 0, 2, to_ms(config.heartbeat_ns))};
   const uint32_t target = axis.set_point == SetPoint::kEffort ? kMapTargetTorque : kMapTargetPosition;
   for (const SyncedPdo& pdo :
        {SyncedPdo{0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), kMapControlword, target},
         SyncedPdo{0x1800 + number, 0x1A00 + number, kNoRemoteRequest | tpdo_cob_id(axis), kMapStatusword,
                   kMapActualPosition}})
-    axis.canopen.mapping == Mapping::kConfigure ? append_writes(steps, pdo) : append_checks(steps, pdo);
+    cia402_settings(axis).mapping == Mapping::kConfigure ? append_writes(steps, pdo)
+                                                         : append_checks(steps, pdo);
   append_mode(steps, following_mode(axis));
   append_period(steps, nearest_interpolation_period(config.period_ns));
-  if (axis.canopen.following_error > 0) steps.push_back(write(0x6065, 0, 4, following_error_window(axis)));
+  if (cia402_settings(axis).following_error > 0)
+    steps.push_back(write(0x6065, 0, 4, following_error_window(axis)));
   return steps;
 }
 
 std::vector<SdoStep> homing_steps(const AxisConfig& axis) {
-  const HomingConfig& homing = axis.canopen.homing;
+  const HomingConfig& homing = cia402_settings(axis).homing;
   std::vector<SdoStep> steps;
   if (homing.method) steps.push_back(write(0x6098, 0, 1, static_cast<uint8_t>(*homing.method)));
   if (homing.speed_search) steps.push_back(write(0x6099, 1, 4, *homing.speed_search));
@@ -177,7 +249,7 @@ std::vector<SdoStep> homing_steps(const AxisConfig& axis) {
 }
 
 std::optional<SoftLimits> soft_limits(const AxisConfig& axis) {
-  if (!axis.canopen.soft_limits || !std::isfinite(axis.displacement_min) ||
+  if (!cia402_settings(axis).soft_limits || !std::isfinite(axis.displacement_min) ||
       !std::isfinite(axis.displacement_max))
     return std::nullopt;
   // With efforts the drive is not to give up before we do.

@@ -7,7 +7,7 @@
 
 #include "hal/bus/bus_budget.h"
 #include "hal/canopen/sdo_sequence.h"
-#include "hal/drive/master_config.h"
+#include "hal/cia402/cia402_settings.h"
 
 /// How CiA 402 drives are set up over CANopen, and what that asks of a configuration. Real-time: no, for all
 /// of it but the COB-IDs.

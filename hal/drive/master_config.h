@@ -1,10 +1,12 @@
 #pragma once
 
+#include <any>
 #include <cstdint>
 #include <limits>
 #include <map>
-#include <optional>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hal/drive/axis_scale.h"
@@ -12,60 +14,12 @@
 
 namespace tendril::hal {
 
-/// The protocols that drives can speak; one protocol a bus, as their identifiers collide.
-enum class Protocol : uint8_t {
-  kCanopen,  // CiA 402 over CANopen, cyclic synchronous position or torque
-  kOdrive    // ODrive CANSimple
-};
-
-/// Firmware families. They differ in the heartbeat's last bytes and in what the error bits mean.
-enum class OdriveFirmware : uint8_t { k0_5, k0_6 };
+class DriveProtocol;
 
 /// What an axis is commanded.
 enum class SetPoint : uint8_t {
   kDisplacement,  // where its actuator shall be
   kEffort         // what its actuator shall exert, as a torque of the drive
-};
-
-/// How an axis comes to know where it stands.
-enum class Reference : uint8_t {
-  kAbsolute,  // it has known since power-on, or from others
-  kHoming     // by the drive's own homing procedure, at the start
-};
-
-/// A drive's homing procedure [CiA 402-2, homing mode]: what is not given stays as the drive has it.
-struct HomingConfig {
-  std::optional<int8_t> method;          // 6098
-  std::optional<uint32_t> speed_search;  // 6099:1, for the switch, in the drive's own unit of speed
-  std::optional<uint32_t> speed_zero;    // 6099:2, for the zero, likewise
-  std::optional<uint32_t> acceleration;  // 609A, in the drive's own unit of acceleration
-  int64_t timeout_ns = 60'000'000'000;   // for the whole procedure
-};
-
-/// Who sees to it that a drive's PDOs hold what is needed.
-enum class Mapping : uint8_t {
-  kConfigure,  // the master, at each start
-  kAsFound     // others; the master reads them and refuses what differs
-};
-
-/// What is CANopen's alone of an axis.
-struct CanopenAxis {
-  int pdo = 1;           // which pair of PDOs to use, 1..4: objects 1400 + pdo - 1 and so on
-  uint32_t rpdo_id = 0;  // 11-bit COB-IDs; 0: those of the predefined connection set
-  uint32_t tpdo_id = 0;
-  Mapping mapping = Mapping::kConfigure;
-  Reference reference = Reference::kAbsolute;
-  int referenced_bit = -1;  // of the statusword, 0..15: set while the drive has a reference; -1: it has none
-  HomingConfig homing{};
-  bool soft_limits = true;     // the drive is told the limits of the displacement (607D)
-  double following_error = 0;  // m or m³: the drive's own window around its target (6065); 0: what it has
-  double rated_torque = 0;     // Nm, > 0 with SetPoint::kEffort: what 1000 in 6071 is where a turn is counted
-};
-
-/// What is ODrive's alone of an axis; with both at 0 the axis keeps the limits it has.
-struct OdriveAxisLimits {
-  double velocity = 0;  // rev/s
-  double current = 0;   // A
 };
 
 /// One axis as a master must know it.
@@ -76,27 +30,13 @@ struct AxisConfig {
   double displacement_min = -std::numeric_limits<double>::infinity();  // m or m³; infinite: no limit
   double displacement_max = std::numeric_limits<double>::infinity();
   SetPoint set_point = SetPoint::kDisplacement;
-  CanopenAxis canopen{};
-  OdriveAxisLimits odrive{};
-};
-
-/// What is CANopen's alone. Durations in ns.
-struct CanopenConfig {
-  int master_node = 127;
-  int64_t sdo_timeout_ns = 100'000'000;  // of each attempt
-  int sdo_attempts = 3;
-  int64_t boot_timeout_ns = 1'000'000'000;  // without a boot-up message by then the drive is taken to be up
-};
-
-/// What is ODrive's alone. Durations in ns.
-struct OdriveConfig {
-  OdriveFirmware firmware = OdriveFirmware::k0_6;
-  int64_t encoder_period_ns = 10'000'000;  // between encoder estimates, as the drives are set up
+  double largest_effort = 0;  // N or Pa, that it is commanded either way; 0: not known
+  std::any own{};             // settings of its protocol, see own_settings
 };
 
 /// What a master must know, whatever the protocol. Durations in ns.
 struct MasterConfig {
-  Protocol protocol = Protocol::kCanopen;
+  const DriveProtocol* protocol = nullptr;  // of all drives on the bus
   std::vector<AxisConfig> axes{};
   int64_t period_ns = 0;                       // of the control loop
   int64_t heartbeat_ns = 50'000'000;           // between heartbeats
@@ -105,17 +45,40 @@ struct MasterConfig {
   int64_t enable_timeout_ns = 3'000'000'000;   // from the wish to follow commands to the drive that does
   int64_t feedback_timeout_ns = 50'000'000;    // without positions
   std::vector<SensorConfig> sensors{};
-  CanopenConfig canopen{};
-  OdriveConfig odrive{};
+  std::any own{};  // settings of the protocol, see own_settings
 };
 
-/// Checks what every protocol asks for: number of axes, scales, period, time-outs, sensors.
-/// @throws std::invalid_argument with a sentence that names the axis and what is expected
-/// Real-time: no.
-void check_common(const MasterConfig& config);
+/// A setting that is not sound; what() reads "drives: axis 'north' (node 3): KEY: expected ...".
+struct SettingError : std::invalid_argument {
+  enum class Section : uint8_t { kBus, kDrive, kSensor };
 
-/// Says that a configuration is not sound. @throws std::invalid_argument "drives: WHAT"
-[[noreturn]] void refuse_drives(const std::string& what);
+  /// @param place  the section, for what()
+  SettingError(Section of, int number, const std::string& place, std::string name, std::string wanted)
+      : std::invalid_argument("drives: " + place + name + ": expected " + wanted),
+        section(of),
+        index(number),
+        key(std::move(name)),
+        expected(std::move(wanted)) {}
+
+  Section section;
+  int index;  // of the drive or sensor
+  std::string key;
+  std::string expected;  // in the place of what it holds, as in Settings::fail
+};
+
+/// Real-time: no, for all three (they throw a SettingError).
+[[noreturn]] void refuse_bus(const std::string& key, const std::string& expected);
+[[noreturn]] void refuse_drive(const MasterConfig& config, int axis, const std::string& key,
+                               const std::string& expected);
+[[noreturn]] void refuse_sensor(const MasterConfig& config, int sensor, const std::string& key,
+                                const std::string& expected);
+
+/// Checks what every protocol asks for: number of axes, scales, ranges, nodes, period, time-outs, sensors.
+/// @param feedback_period_ns  between two positions of a drive
+/// @param node_of_master      no drive may have it; -1: the controller has no node
+/// @throws SettingError; std::invalid_argument with a sentence where no single setting is wrong
+/// Real-time: no.
+void check_common(const MasterConfig& config, int64_t feedback_period_ns, int node_of_master = -1);
 
 /// "axis 'north' (node 3)". Real-time: no (allocates).
 std::string to_text(const AxisConfig& axis);
@@ -132,14 +95,29 @@ class IdentifierClaims {
   /// @throws std::invalid_argument where the identifier has another user
   void claim(uint32_t id, const std::string& user);
 
-  /// For each sensor its identifier. @throws std::invalid_argument as above
-  void claim(const std::vector<SensorConfig>& sensors);
+  /// Names the user of an identifier for messages about sensors, and reserves it where it is free.
+  void name(uint32_t id, const std::string& user) { users_[id] = user; }
 
-  /// Who uses an identifier; nullptr where it is free.
-  const std::string* user(uint32_t id) const;
+  /// For each sensor its identifier, after all others.
+  /// @throws SettingError where it has another user
+  void claim_sensors(const MasterConfig& config);
 
  private:
   std::map<uint32_t, std::string> users_;
 };
+
+/// The settings of a protocol in `own`: defaults where it holds none.
+/// Real-time: no (may allocate).
+template <class T>
+const T& own_settings(const std::any& own) {
+  static const T kDefaults{};
+  const T* settings = std::any_cast<T>(&own);
+  return settings ? *settings : kDefaults;
+}
+template <class T>
+T& own_settings(std::any& own) {
+  if (!std::any_cast<T>(&own)) own.emplace<T>();
+  return *std::any_cast<T>(&own);
+}
 
 }  // namespace tendril::hal

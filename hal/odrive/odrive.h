@@ -6,7 +6,7 @@
 #include <string>
 
 #include "hal/bus/frame.h"
-#include "hal/drive/master_config.h"
+#include "hal/odrive/odrive_settings.h"
 
 /// ODrive's CANSimple as bytes and as values, of both firmware families. Everything here is pure.
 ///

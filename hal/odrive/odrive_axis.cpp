@@ -15,12 +15,13 @@ OdriveAxis::OdriveAxis(const AxisConfig& axis, const MasterConfig& config)
     : config_(config),
       node_(axis.node),
       scale_(axis.scale),
-      limits_(axis.odrive),
+      firmware_(odrive_settings(config).firmware),
+      settings_(odrive_settings(axis)),
       follows_effort_(axis.set_point == SetPoint::kEffort),
       range_(axis) {}
 
 void OdriveAxis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
-  if (const auto heartbeat = decode_odrive_heartbeat(frame, node_, config_.odrive.firmware))
+  if (const auto heartbeat = decode_odrive_heartbeat(frame, node_, firmware_))
     on_heartbeat(*heartbeat, arrival_ns);
   else if (const auto estimates = decode_odrive_estimates(frame, node_))
     on_estimates(*estimates, arrival_ns);
@@ -119,9 +120,9 @@ void OdriveAxis::close(int64_t now_ns, FrameBatch& out) noexcept {
   held_ = position_;
   range_.begin(position());
   push_mode(out);
-  if (limits_.velocity > 0)
+  if (settings_.velocity_limit > 0)
     out.push(encode_odrive_limits(
-        node_, {static_cast<float>(limits_.velocity), static_cast<float>(limits_.current)}));
+        node_, {static_cast<float>(settings_.velocity_limit), static_cast<float>(settings_.current_limit)}));
   if (follows_effort_)  // before the power stage is on, so that enabling is no jump
     push_torque(torque_, out);
   else

@@ -4,9 +4,9 @@
 
 #include "hal/bus/frame_batch.h"
 #include "hal/drive/drives.h"
-#include "hal/drive/master_config.h"
 #include "hal/drive/range_watch.h"
 #include "hal/odrive/odrive.h"
+#include "hal/odrive/odrive_settings.h"
 
 namespace tendril::hal {
 
@@ -104,7 +104,8 @@ class OdriveAxis {
   const MasterConfig& config_;
   int node_;
   AxisScale scale_;
-  OdriveAxisLimits limits_;
+  OdriveFirmware firmware_;
+  OdriveAxisSettings settings_;
   bool follows_effort_;
   RangeWatch range_;
 

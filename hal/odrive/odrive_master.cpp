@@ -10,16 +10,24 @@ namespace {
 // Axes ordered into closed-loop control in one cycle, four frames each: a cycle's frames fit a batch.
 constexpr int kCloseAtOnce = 8;
 
-void check_axis(const AxisConfig& axis, OdriveFirmware firmware) {
-  const std::string who = "axis '" + axis.name + "': ";
-  if (axis.node < 0 || axis.node >= kOdriveNodes)
-    refuse_drives(who + "node " + std::to_string(axis.node) + " is not within 0..63");
-  if (axis.node == kOdriveUnaddressed && firmware == OdriveFirmware::k0_6)
-    refuse_drives(who + "node 63 is that of axes without an address");
-  if (axis.scale.counts_per_turn != 1) refuse_drives(who + "positions are in turns, 1 count each");
-  const OdriveAxisLimits& limits = axis.odrive;
-  if (limits.velocity < 0 || limits.current < 0 || (limits.velocity > 0) != (limits.current > 0))
-    refuse_drives(who + "the limits of velocity and current must be both positive or both left out");
+void check_axis(const MasterConfig& config, int i) {
+  const AxisConfig& axis = config.axes[i];
+  const OdriveAxisSettings& settings = odrive_settings(axis);
+  if (axis.node < 0 || axis.node >= kOdriveNodes) refuse_drive(config, i, "node", "a node id from 0 to 63");
+  if (axis.node == kOdriveUnaddressed && odrive_settings(config).firmware == OdriveFirmware::k0_6)
+    refuse_drive(config, i, "node", "at most 62, as firmware 0.6 gives 63 to axes that have no address yet");
+  // The protocol cannot tell whether there is a reference, so a person must.
+  if (!settings.counts_from_power_on)
+    refuse_drive(config, i, "reference",
+                 "absolute, or power_on: does the axis still know where it stands when its power was off, or "
+                 "does it count from wherever it stands when the power comes? An ODrive does not tell");
+  if (axis.scale.counts_per_turn != 1)
+    refuse_drive(config, i, "counts_per_turn", "1, as positions are in turns");
+  const bool has_velocity = settings.velocity_limit > 0, has_current = settings.current_limit > 0;
+  if (settings.velocity_limit < 0 || (has_current && !has_velocity))
+    refuse_drive(config, i, "velocity_limit", "a velocity limit beside the current limit");
+  if (settings.current_limit < 0 || (has_velocity && !has_current))
+    refuse_drive(config, i, "current_limit", "a current limit beside the velocity limit");
 }
 
 MasterConfig checked_odrive(MasterConfig config) {
@@ -38,17 +46,20 @@ std::string words_of_components(uint8_t components) {
 }  // namespace
 
 void check_odrive(const MasterConfig& config) {
-  check_common(config);
-  if (config.odrive.encoder_period_ns < 1'000'000 ||
-      2 * config.odrive.encoder_period_ns > config.feedback_timeout_ns)
-    refuse_drives("the time between encoder estimates must be within 1 ms..half the feedback timeout");
+  const int64_t encoder_period_ns = odrive_settings(config).encoder_period_ns;
+  if (encoder_period_ns < 1'000'000) refuse_bus("encoder_period", "at least 1 ms");
+  check_common(config, encoder_period_ns);
+  for (int i = 0; i < static_cast<int>(config.axes.size()); ++i) check_axis(config, i);
   IdentifierClaims claims;
-  claims.claim(config.sensors);
-  for (const AxisConfig& axis : config.axes) {
-    check_axis(axis, config.odrive.firmware);
-    for (uint32_t message = 0; message < 32; ++message)
-      claims.claim(static_cast<uint32_t>(axis.node) << 5 | message, to_text(axis));
-  }
+  for (const AxisConfig& axis : config.axes)
+    for (uint32_t message = 0; message < 32; ++message) {
+      const uint32_t id = static_cast<uint32_t>(axis.node) << 5 | message;
+      claims.claim(id, to_text(axis));
+      char text[48];
+      std::snprintf(text, sizeof text, "message 0x%02X of node %d", message, axis.node);
+      claims.name(id, text);
+    }
+  claims.claim_sensors(config);
 }
 
 std::vector<PeriodicFrames> odrive_frames(const MasterConfig& config) {
@@ -58,7 +69,7 @@ std::vector<PeriodicFrames> odrive_frames(const MasterConfig& config) {
       static_cast<int>(std::ranges::count(config.axes, SetPoint::kEffort, &AxisConfig::set_point));
   return {{.length = 8, .rate_hz = rate_hz(config.period_ns), .count = axes - on_efforts},  // positions
           {.length = 4, .rate_hz = rate_hz(config.period_ns), .count = on_efforts},         // torques
-          {.length = 8, .rate_hz = rate_hz(config.odrive.encoder_period_ns), .count = axes},
+          {.length = 8, .rate_hz = rate_hz(odrive_settings(config).encoder_period_ns), .count = axes},
           {.length = 8, .rate_hz = rate_hz(config.heartbeat_ns), .count = axes}};
 }
 
@@ -103,7 +114,7 @@ std::string OdriveMaster::describe(const DriveFault& fault) const {
   const std::string kind = hal::describe(fault.kind);
   if (fault.axis < 0 || fault.axis >= static_cast<int>(axes_.size())) return kind;
   const std::string who = name_of(config_, fault.axis) + ": ";
-  const OdriveFirmware firmware = config_.odrive.firmware;
+  const OdriveFirmware firmware = odrive_settings(config_).firmware;
   char text[96];
   switch (fault.kind) {
     case FaultKind::kDriveFault:

@@ -50,6 +50,9 @@ class SimulatedDrive {
   /// but what its following-error window demands. Real-time: yes.
   virtual void set_jammed(bool jammed) noexcept = 0;
 
+  /// Keeps its heartbeats back or lets them go; all else goes on. Real-time: yes.
+  virtual void set_silent(bool silent) noexcept = 0;
+
  protected:
   SimulatedDrive() = default;
   SimulatedDrive(const SimulatedDrive&) = delete;

@@ -1,6 +1,8 @@
 #include "tests/hal/rig.h"
 
+#include "hal/cia402/cia402_protocol.h"
 #include "hal/cia402/cia402_setup.h"
+#include "hal/odrive/odrive_protocol.h"
 
 namespace tendril::hal::test {
 namespace {
@@ -11,6 +13,7 @@ constexpr double kFriction = 0.2;  // a test that pulls at drives tells them so 
 
 MasterConfig config_of(int axes) {
   MasterConfig config;
+  config.protocol = &cia402_protocol();
   config.period_ns = kPeriod_ns;
   for (int i = 0; i < axes; ++i)
     config.axes.push_back(
@@ -22,21 +25,24 @@ MasterConfig config_of(int axes) {
 
 MasterConfig odrive_config_of(int axes, OdriveFirmware firmware) {
   MasterConfig config = config_of(axes);
-  config.protocol = Protocol::kOdrive;
+  config.protocol = &odrive_protocol();
   config.heartbeat_ns = 100'000'000;
   config.heartbeat_timeout_ns = 250'000'000;
-  config.odrive.firmware = firmware;
+  odrive_settings(config).firmware = firmware;
   for (AxisConfig& axis : config.axes) {
     --axis.node;
     axis.scale.counts_per_turn = 1;
+    odrive_settings(axis).counts_from_power_on = false;
   }
   return config;
 }
 
 MasterConfig on_efforts(MasterConfig config, int count, double range) {
   for (AxisConfig& axis : config.axes) {
-    if (count-- > 0) axis.set_point = SetPoint::kEffort;
-    axis.canopen.rated_torque = 1;
+    if (count-- > 0) {
+      axis.set_point = SetPoint::kEffort;
+      if (config.protocol == &cia402_protocol()) cia402_settings(axis).rated_torque = 1;
+    }
     axis.displacement_min = -(axis.displacement_max = range);
   }
   return config;
@@ -57,12 +63,12 @@ void add_drives(const MasterConfig& config, std::vector<Cia402Drive>& drives) {
   for (const AxisConfig& axis : config.axes)
     drives.emplace_back(DriveSpec{
         .node = axis.node,
-        .pdo = axis.canopen.pdo,
-        .rpdo_id = axis.canopen.mapping == Mapping::kAsFound ? rpdo_cob_id(axis) : 0,
-        .tpdo_id = axis.canopen.mapping == Mapping::kAsFound ? tpdo_cob_id(axis) : 0,
+        .pdo = cia402_settings(axis).pdo,
+        .rpdo_id = cia402_settings(axis).mapping == Mapping::kAsFound ? rpdo_cob_id(axis) : 0,
+        .tpdo_id = cia402_settings(axis).mapping == Mapping::kAsFound ? tpdo_cob_id(axis) : 0,
         .position_counts = 1000.0 * axis.node,
-        .incremental = axis.canopen.reference == Reference::kHoming,
-        .referenced_bit = axis.canopen.referenced_bit,
+        .incremental = cia402_settings(axis).reference == Reference::kHoming,
+        .referenced_bit = cia402_settings(axis).referenced_bit,
         .tuning = {.friction = kFriction},
         .rpdo_target = axis.set_point == SetPoint::kEffort ? kMapTargetTorque : kMapTargetPosition});
 }
@@ -70,7 +76,7 @@ void add_drives(const MasterConfig& config, std::vector<Cia402Drive>& drives) {
 void add_drives(const MasterConfig& config, std::vector<OdriveDrive>& drives) {
   for (const AxisConfig& axis : config.axes)
     drives.emplace_back(OdriveSpec{.node = axis.node,
-                                   .firmware = config.odrive.firmware,
+                                   .firmware = odrive_settings(config).firmware,
                                    .position = 0.25 * (axis.node + 1),
                                    .watchdog_ns = config.heartbeat_timeout_ns});
 }

@@ -1,11 +1,11 @@
 #include <catch2/catch.hpp>
 
-#include "tests/qp/random_problem.h"
-
 #ifndef TENDRIL_SANITIZED
 
 #include <atomic>
 #include <cstdlib>
+
+#include "tests/qp/random_problem.h"
 
 namespace {
 

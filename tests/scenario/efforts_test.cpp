@@ -3,6 +3,8 @@
 #include <cmath>
 #include <string>
 
+#include "hal/odrive/odrive_protocol.h"
+#include "hal/odrive/odrive_settings.h"
 #include "tests/scenario/robot_files.h"
 
 // Robots whose drives follow efforts, in virtual time. The displacements are the body's affair then, and what
@@ -172,7 +174,10 @@ TEST_CASE("A cable that breaks on an axis of efforts stops the robot, its winch 
   const ActuatorConfig& cut = config.actuators[0];
   const double margin = 0.02 * (cut.displacement_max - cut.displacement_min);
   // At 1.25 times its top speed, until a position has come and an order gone.
-  const double seen_s = config.bus.protocol == hal::Protocol::kOdrive ? config.bus.encoder_period : 2e-3;
+  const double seen_s =
+      config.bus.master.protocol == &tendril::hal::odrive_protocol()
+          ? 1e-9 * static_cast<double>(hal::odrive_settings(config.bus.master).encoder_period_ns)
+          : 2e-3;
   CHECK(rig.displacements().delta_a[0] <
         cut.displacement_max + margin + 1.25 * cut.top_rate * (seen_s + 5e-3));
   rig.run_for(0.2);

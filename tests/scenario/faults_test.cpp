@@ -155,7 +155,7 @@ TEST_CASE("A controller that dies leaves drives that stop by themselves", "[scen
   Running run;
   run.rig.controller_plug().set_plugged(false);
   run.rig.stall_control(true);
-  run.rig.run_for(run.config.bus.heartbeat_timeout + kNoticedWithin_s);
+  run.rig.run_for(testing::heartbeat_timeout_s(run.config) + kNoticedWithin_s);
   for (size_t a = 0; a < run.config.actuators.size(); ++a)
     CHECK(run.rig.drives().drive(static_cast<int>(a)).power_stage() == hal::PowerStage::kFault);
   const PlantDisplacements held = run.rig.displacements();
@@ -166,7 +166,7 @@ TEST_CASE("A controller that dies leaves drives that stop by themselves", "[scen
 TEST_CASE("A robot that vanishes from the bus makes the controller stop with the reason", "[scenario]") {
   Running run;
   run.rig.plant_plug().set_plugged(false);
-  REQUIRE(run.rig.run_until(Phase::kStopping, run.config.bus.heartbeat_timeout + kNoticedWithin_s));
+  REQUIRE(run.rig.run_until(Phase::kStopping, testing::heartbeat_timeout_s(run.config) + kNoticedWithin_s));
   REQUIRE(run.rig.run_until(Phase::kStopped, 2 * kStoppedWithin_s));
   CHECK(run.rig.controller().faulted());
   CHECK(run.rig.controller().stop_reason() == Fault::kDrives);

@@ -77,7 +77,7 @@ TEST_CASE("Drives that nobody hears any more stop by themselves", "[scenario]") 
   const std::string protocol = GENERATE("canopen", "odrive");
   Running run(protocol);
   run.inject("bus off");
-  run.rig.run_for(run.config.bus.heartbeat_timeout + 0.25);
+  run.rig.run_for(testing::heartbeat_timeout_s(run.config) + 0.25);
   for (int a = 0; a < 2; ++a) CHECK(run.rig.drives().drive(a).power_stage() == hal::PowerStage::kFault);
 }
 
@@ -161,7 +161,7 @@ TEST_CASE("A robot file plans faults, counted from when the robot is ready", "[s
   REQUIRE(rig.run_until(Phase::kStopping, 4));
   const double stopped_s = 1e-9 * static_cast<double>(rig.now_ns() - start_ns);
   CHECK(stopped_s > 2.5);
-  CHECK(stopped_s < 2.5 + config.bus.heartbeat_timeout + 0.05);
+  CHECK(stopped_s < 2.5 + testing::heartbeat_timeout_s(config) + 0.05);
   CHECK_THAT(rig.master().describe(rig.controller().drive_fault()), Contains("heartbeat lost"));
 }
 

@@ -41,7 +41,7 @@ TEST_CASE("Enabling ODrive axes moves nothing, wherever the winches stand", "[sc
   REQUIRE(rig.run_until(Phase::kRunning, kStartedWithin_s));
   for (int a = 0; a < 2; ++a) {
     // Half a step of the encoder, and positions of 24 bits on the bus.
-    const double rounding_m = 0.5 * config.actuators[a].drive.displacement_per_turn / 8192 + 1e-7;
+    const double rounding_m = 0.5 * config.actuators[a].drive.scale.displacement_per_turn / 8192 + 1e-7;
     CHECK(rig.displacements().delta_a[a] == Approx(settings.start.delta_a[a]).margin(rounding_m));
     CHECK(rig.trace().back().command[a] == Approx(settings.start.delta_a[a]).margin(rounding_m));
   }
@@ -67,7 +67,7 @@ TEST_CASE("A controller that dies leaves ODrive axes that stop by their watchdog
   rig.run_for(0.8);
   rig.controller_plug().set_plugged(false);
   rig.stall_control(true);
-  rig.run_for(config.bus.heartbeat_timeout + 0.25);
+  rig.run_for(testing::heartbeat_timeout_s(config) + 0.25);
   for (int a = 0; a < 2; ++a) CHECK(rig.drives().drive(a).power_stage() == hal::PowerStage::kFault);
   const PlantDisplacements held = rig.displacements();
   rig.run_for(0.5);

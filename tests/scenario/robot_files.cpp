@@ -1,5 +1,4 @@
 #include "tests/scenario/robot_files.h"
-#include "app/config/load_config.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,9 @@
 #include <iterator>
 #include <numeric>
 
+#include "app/config/load_config.h"
+#include "hal/cia402/cia402_protocol.h"
+#include "hal/cia402/cia402_settings.h"
 #include "tests/own_folder.h"
 #include "tests/replace_each.h"
 
@@ -46,8 +48,9 @@ Config on_efforts(Config config, const std::vector<int>& axes) {
   for (const int a : axes) {
     ActuatorConfig& actuator = config.actuators[a];
     actuator.drive.set_point = hal::SetPoint::kEffort;
-    if (config.bus.protocol == hal::Protocol::kCanopen)
-      actuator.drive.canopen.rated_torque = std::abs(actuator.drive.scale().to_torque(actuator.effort_max));
+    if (config.bus.master.protocol == &tendril::hal::cia402_protocol())
+      tendril::hal::cia402_settings(actuator.drive).rated_torque =
+          std::abs(actuator.drive.scale.to_torque(actuator.effort_max));
   }
   return config;
 }
@@ -101,6 +104,10 @@ double largest_model_error(const VirtualRig& rig, int e) {
     if (record.intended_ns >= rig.motion()->path_start_ns())
       largest = std::max(largest, 1e3 * std::abs(record.p_e[e] - record.desired[e]));
   return largest;
+}
+
+double heartbeat_timeout_s(const Config& config) {
+  return 1e-9 * static_cast<double>(config.bus.master.heartbeat_timeout_ns);
 }
 
 double mean(const std::vector<double>& values) {

@@ -34,6 +34,9 @@ std::vector<double> tracking_errors_mm(const Config& config, const VirtualRig& r
 /// How far the model's effector coordinate e was from the wanted one at most, on the path, mm or ml.
 double largest_model_error(const VirtualRig& rig, int e);
 
+/// Silence after which a drive or the controller counts as lost, s.
+double heartbeat_timeout_s(const Config& config);
+
 double mean(const std::vector<double>& values);
 double largest(const std::vector<double>& values);
 

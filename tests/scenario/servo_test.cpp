@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "hal/cia402/cia402_settings.h"
 #include "tests/scenario/robot_files.h"
 
 // Body and drives of the simulated robot on each other: the drives impose displacements, the body pulls back,
@@ -44,7 +45,7 @@ TEST_CASE("A drive gives way to more than it holds, and comes to rest where it h
   constexpr double kLimit_N = 0.4;
   Config config = finger_aside(kLimit_N);
   config.plant->time_step = time_step;
-  config.actuators[0].drive.reversed = reversed;
+  config.actuators[0].drive.scale.reversed = reversed;
   VirtualRig rig(config, {});
   rig.run_for(2.4);
   REQUIRE(rig.phase() == Phase::kRunning);
@@ -83,7 +84,8 @@ TEST_CASE("A load below the force limit leaves a drive where it is commanded", "
 TEST_CASE("A drive that is dragged out of its following-error window stops the robot with that reason",
           "[scenario]") {
   Config config = finger_aside(0.4);
-  config.plant->drives.following_error = 0.03;  // of 9 mm
+  hal::own_settings<hal::Cia402SimulationSettings>(config.plant->drives.own).following_error =
+      0.03;  // of 9 mm
   VirtualRig rig(config, {});
   REQUIRE(rig.run_until(Phase::kStopped, 3 + kStoppedWithin_s));
   CHECK(rig.controller().stop_reason() == rt::Fault::kDrives);

@@ -1,7 +1,8 @@
-#include "tools/tendril_latency_stages.h"
 
 #include <catch2/catch.hpp>
 #include <stdexcept>
+
+#include "tools/tendril_latency_stages.h"
 
 namespace tendril::tools::latency_stages_test {
 

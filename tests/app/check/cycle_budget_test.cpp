@@ -57,7 +57,8 @@ TEST_CASE("The stages of a cycle are measured with drives that follow, whatever 
 
 TEST_CASE("A rate at which the drives cannot be brought to follow is refused with what they say", "[unit]") {
   Block block;
-  block.config.control.rate_hz = 2;  // answers come later than the master waits for them
+  block.config.control.rate_hz = 2;  // answers over SDO come later than the master waits for them
+  block.config.bus.master.feedback_timeout_ns = 1'000'000'000;
   const auto robot = build_model(block.config);
   CHECK_THROWS_WITH(time_cycle(*robot, block.config), Catch::Contains("control.rate 2 Hz: axis 0"));
 }

@@ -1,12 +1,13 @@
 #include "app/config/config_rules.h"
-#include "app/config/identifier_owner.h"
-#include "app/config/load_config.h"
 
 #include <catch2/catch.hpp>
 #include <numbers>
 
-#include "app/robot/robot.h"
-#include "hal/protocols/drive_protocol.h"
+#include "app/config/load_config.h"
+#include "app/config/master_config.h"
+#include "hal/drive/drive_protocol.h"
+#include "hal/odrive/odrive_protocol.h"
+#include "hal/odrive/odrive_settings.h"
 #include "tests/app/config/mistake.h"
 #include "tests/app/robot_file.h"
 #include "tests/replace_each.h"
@@ -18,8 +19,11 @@ TEST_CASE("What one key demands of another is checked", "[unit]") {
       {"node: 2,",
        "node: 1,",
        "node: 1, counts_per_turn: 65537",
-       {"actuators[1].drive.node: found '1'", "actuators[0].drive has"}},
-      {"node: 2,", "node: 127,", nullptr, {"actuators[1].drive.node: found '127'", "bus.master_node has"}},
+       {"actuators[1].drive.node: found '1'", "the drive of 'north' has this one"}},
+      {"node: 2,",
+       "node: 127,",
+       nullptr,
+       {"actuators[1].drive.node: found '127'", "the controller (bus.master_node) has this one"}},
       {"name: south",
        "name: north",
        "name: north\n    cable: [body 0 -97",
@@ -106,24 +110,6 @@ TEST_CASE("A waypoint on the border of the workspace lies in it, whatever binary
       kGood.substr(0, motion) + "motion: {origin: 0 0 100 mm, waypoints: [0 0 200 mm], speed: 1 mm/s}\n";
   yaml.replace(yaml.find("40 40 150 mm"), 12, "40 40 300 mm");
   CHECK(error_of(RobotFile(yaml).path()) == "no error");
-}
-
-TEST_CASE("An identifier of the bus belongs to whom CiA 301 gives it, and else is free", "[unit]") {
-  const std::vector<int> nodes = {127, 1, 2};
-  const auto owner = [&nodes](int id) {
-    return identifier_owner(tendril::hal::Protocol::kCanopen, id, nodes);
-  };
-  CHECK(owner(0x000) == "the NMT command");
-  CHECK(owner(0x080) == "SYNC");
-  int owned = 0;
-  for (int id = 0; id <= 0x7FF; ++id) owned += owner(id).empty() ? 0 : 1;
-  CHECK(owned == 2 + 3 * 12);  // emergency, four PDOs each way, SDO each way, heartbeat
-  for (int id : {0x081, 0x181, 0x201, 0x281, 0x301, 0x381, 0x401, 0x481, 0x501, 0x581, 0x601, 0x701}) {
-    CAPTURE(id);
-    CHECK_THAT(owner(id), Catch::EndsWith("of node 1"));
-    CHECK(owner(id + 2).empty());
-  }
-  CHECK(owner(0x101).empty());
 }
 
 TEST_CASE("What a drive is told of its reference must make sense", "[unit]") {
@@ -220,17 +206,18 @@ TEST_CASE("A robot with ODrive axes has the keys, ranges and defaults of that pr
                "protocol: odrive\n  firmware: 0.5\n  encoder_period: 2 ms");
   yaml += "  drives: {encoder_counts: 4096}\n";
   const Config c = load_config(RobotFile(yaml).path());
-  CHECK(c.bus.protocol == tendril::hal::Protocol::kOdrive);
-  CHECK(c.bus.firmware == tendril::hal::OdriveFirmware::k0_5);
-  CHECK(c.bus.encoder_period == Approx(2e-3));
-  CHECK(c.bus.heartbeat == Approx(0.1));
-  CHECK(c.bus.heartbeat_timeout == Approx(0.25));
+  CHECK(c.bus.master.protocol == &tendril::hal::odrive_protocol());
+  CHECK(tendril::hal::odrive_settings(c.bus.master).firmware == tendril::hal::OdriveFirmware::k0_5);
+  CHECK(tendril::hal::odrive_settings(c.bus.master).encoder_period_ns == 2'000'000);
+  CHECK(c.bus.master.heartbeat_ns == 100'000'000);
+  CHECK(c.bus.master.heartbeat_timeout_ns == 250'000'000);
   CHECK(c.actuators[0].drive.node == 0);
-  CHECK(c.actuators[0].drive.counts_per_turn == 1);
-  CHECK(c.actuators[0].drive.velocity_limit == Approx(20));
-  CHECK(c.actuators[0].drive.current_limit == Approx(10));
-  CHECK(c.actuators[1].drive.velocity_limit == 0);
-  CHECK(c.plant->drives.encoder_counts == 4096);
+  CHECK(c.actuators[0].drive.scale.counts_per_turn == 1);
+  CHECK(tendril::hal::odrive_settings(c.actuators[0].drive).velocity_limit == Approx(20));
+  CHECK(tendril::hal::odrive_settings(c.actuators[0].drive).current_limit == Approx(10));
+  CHECK(tendril::hal::odrive_settings(c.actuators[1].drive).velocity_limit == 0);
+  CHECK(tendril::hal::own_settings<tendril::hal::OdriveSimulationSettings>(c.plant->drives.own)
+            .encoder_counts == 4096);
   CHECK_FALSE(c.plant->drives.position_gain);
 }
 
@@ -242,7 +229,7 @@ TEST_CASE("The encoder of an ODrive axis turns as often as its gear says while t
   const auto circumference = [](double radius) { return 2 * std::numbers::pi * radius; };
   CHECK(master.axes[0].scale.to_position(circumference(0.010)) == Approx(-12.5));
   CHECK(master.axes[1].scale.to_position(circumference(0.011)) == Approx(1));
-  CHECK_NOTHROW(tendril::hal::check(master));
+  CHECK_NOTHROW(master.protocol->check(master));
 }
 
 TEST_CASE("An ODrive axis follows efforts as it is, its torques being in Nm", "[unit]") {
@@ -279,7 +266,7 @@ TEST_CASE("Keys that belong to the other protocol are refused, and so are ODrive
              Contains("actuators[0].drive.velocity_limit: found nothing, expected a velocity limit beside"));
   CHECK_THAT(error_with("plant:", "plant:\n  drives: {following_error: 0.1}"),
              Contains("plant.drives.following_error: found '0.1', expected no such key"));
-  CHECK_THAT(error_with("node: 2,", "node: 1,"), Contains("actuators[0].drive has this one"));
+  CHECK_THAT(error_with("node: 2,", "node: 1,"), Contains("the drive of 'north' has this one"));
   CHECK_THAT(error_with("protocol: odrive", "protocol: ethercat"),
              Contains("bus.protocol: found 'ethercat', expected canopen or odrive"));
   check_mistakes({{"node: 1,",
@@ -295,15 +282,6 @@ TEST_CASE("Keys that belong to the other protocol are refused, and so are ODrive
                    "bitrate: 1 Mbit/s\n  firmware: 0.6",
                    "  firmware",
                    {"bus.firmware: found '0.6', expected no such key"}}});
-}
-
-TEST_CASE("An ODrive axis owns the 32 identifiers of its node", "[unit]") {
-  const auto owner = [](int id) { return identifier_owner(tendril::hal::Protocol::kOdrive, id, {0, 3}); };
-  CHECK(owner(0x001) == "message 0x01 of node 0");
-  CHECK(owner(0x07F) == "message 0x1F of node 3");
-  int owned = 0;
-  for (int id = 0; id <= 0x7FF; ++id) owned += owner(id).empty() ? 0 : 1;
-  CHECK(owned == 64);
 }
 
 TEST_CASE("A robot has at most 32 actuators and 24 controlled coordinates", "[unit]") {

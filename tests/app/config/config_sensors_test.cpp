@@ -1,10 +1,11 @@
 #include "app/config/config_sensors.h"
-#include "app/config/load_config.h"
 
 #include <catch2/catch.hpp>
 
+#include "app/config/load_config.h"
+#include "app/config/master_config.h"
 #include "app/robot/robot.h"
-#include "hal/protocols/drive_protocol.h"
+#include "hal/drive/drive_protocol.h"
 #include "tests/app/config/mistake.h"
 #include "tests/app/robot_file.h"
 
@@ -148,7 +149,7 @@ TEST_CASE("Sensors do not share names, quantities or identifiers, with each othe
           {"id: 0x1F1",
            "id: 0x1F0",
            "id: 0x1F0\n    rate: 500",
-           {"sensors[1].id", "this is that of sensors[0]"}},
+           {"sensors[1].id", "this is that of sensor 'camera'"}},
           {"id: 0x1F1", "id: 0x182", nullptr, {"sensors[1].id: found '0x182'", "this is TPDO 1 of node 2"}},
           {"id: 0x1F1", "id: 128", nullptr, {"this is SYNC"}},
           {"id: 0x1F1", "id: 0x77F", nullptr, {"the heartbeat of node 127"}},
@@ -169,13 +170,14 @@ TEST_CASE("Identifiers of 29 bits are others than those of 11 bits, and belong t
     const auto master = master_config(load_config(RobotFile(yaml).path()));
     CHECK(master.sensors[1].extended);
     CHECK_FALSE(master.sensors[0].extended);
-    CHECK_NOTHROW(tendril::hal::check(master));
+    CHECK_NOTHROW(master.protocol->check(master));
   }
   CHECK_THAT(error_with("    id: 0x1F0", "    extended: true\n    id: 0x1F1"), Contains("no error"));
   std::string twins = sensing();
   twins.replace(twins.find("id: 0x1F0"), 9, "id: 0x1FFFFFF0\n    extended: true");
   twins.replace(twins.find("id: 0x1F1"), 9, "id: 0x1FFFFFF0\n    extended: true");
-  CHECK_THAT(error_of(RobotFile(twins).path()), Contains("sensors[1].id") && Contains("that of sensors[0]"));
+  CHECK_THAT(error_of(RobotFile(twins).path()),
+             Contains("sensors[1].id") && Contains("that of sensor 'camera'"));
 }
 
 TEST_CASE("A robot has at most 32 sensors, and 64 signals", "[unit]") {

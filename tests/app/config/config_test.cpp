@@ -1,10 +1,12 @@
 #include "app/config/config.h"
-#include "app/config/load_config.h"
 
 #include <catch2/catch.hpp>
 #include <numbers>
 #include <sstream>
 
+#include "app/config/load_config.h"
+#include "hal/cia402/cia402_protocol.h"
+#include "hal/cia402/cia402_settings.h"
 #include "tests/app/robot_file.h"
 
 namespace tendril::app::config_test {
@@ -87,9 +89,9 @@ TEST_CASE("The shipped diamond loads with its exact values in SI", "[unit]") {
     CHECK(actuator.displacement_max == 0.035);
     CHECK(actuator.top_rate == 0.1);
     CHECK(actuator.drive.node == int(i) + 1);
-    CHECK(actuator.drive.counts_per_turn == 65536);
-    CHECK(actuator.drive.displacement_per_turn == Approx(2 * std::numbers::pi * 0.01));
-    CHECK_FALSE(actuator.drive.reversed);
+    CHECK(actuator.drive.scale.counts_per_turn == 65536);
+    CHECK(actuator.drive.scale.displacement_per_turn == Approx(2 * std::numbers::pi * 0.01));
+    CHECK_FALSE(actuator.drive.scale.reversed);
   }
 
   CHECK(c.control.rate_hz == 600);
@@ -109,9 +111,10 @@ TEST_CASE("The shipped diamond loads with its exact values in SI", "[unit]") {
 
   CHECK(c.bus.name == "vcan0");
   CHECK(c.bus.bitrate == 1e6);
-  CHECK(c.bus.master_node == 127);
-  CHECK(c.bus.heartbeat == 0.05);
-  CHECK(c.bus.heartbeat_timeout == 0.15);
+  CHECK(c.bus.master.protocol == &tendril::hal::cia402_protocol());
+  CHECK(tendril::hal::cia402_settings(c.bus.master).master_node == 127);
+  CHECK(c.bus.master.heartbeat_ns == 50'000'000);
+  CHECK(c.bus.master.heartbeat_timeout_ns == 150'000'000);
 
   REQUIRE(c.sensors.size() == 1);
   const tendril::hal::SensorConfig& camera = c.sensors[0].frame;
@@ -203,22 +206,22 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   REQUIRE(cable.points.size() == 3);
   CHECK(cable.points[1].on_body);
   CHECK(cable.points[1].at == Vector3d(-0.05, 0, 0.04));
-  CHECK(c.actuators[0].drive.reversed);
+  CHECK(c.actuators[0].drive.scale.reversed);
   const auto& rod = std::get<RodConfig>(c.actuators[1].kind);
   CHECK_FALSE(rod.from.on_body);
   CHECK(rod.to.on_body);
   CHECK(rod.to.at == Vector3d(0.02, 0, 0.02));
   CHECK(c.actuators[1].effort_min == -20);
-  CHECK(c.actuators[1].drive.displacement_per_turn == 0.002);
-  CHECK(c.actuators[1].drive.offset == Approx(-0.003));
-  CHECK(c.actuators[1].drive.canopen.pdo == 3);
-  CHECK(c.actuators[1].drive.canopen.rpdo_id == 0x442);
-  CHECK(c.actuators[1].drive.canopen.tpdo_id == 0x3C2);
-  CHECK(c.actuators[1].drive.canopen.mapping == tendril::hal::Mapping::kAsFound);
+  CHECK(c.actuators[1].drive.scale.displacement_per_turn == 0.002);
+  CHECK(c.actuators[1].drive.scale.offset == Approx(-0.003));
+  CHECK(tendril::hal::cia402_settings(c.actuators[1].drive).pdo == 3);
+  CHECK(tendril::hal::cia402_settings(c.actuators[1].drive).rpdo_id == 0x442);
+  CHECK(tendril::hal::cia402_settings(c.actuators[1].drive).tpdo_id == 0x3C2);
+  CHECK(tendril::hal::cia402_settings(c.actuators[1].drive).mapping == tendril::hal::Mapping::kAsFound);
   const auto& push = std::get<ForceConfig>(c.actuators[2].kind);
   CHECK(push.at.at == Vector3d(0, 0.03, 0.05));
   CHECK(push.direction.isApprox(Vector3d(0, 0.6, 0.8)));
-  const tendril::hal::CanopenAxis& thumb = c.actuators[2].drive.canopen;
+  const tendril::hal::Cia402AxisSettings& thumb = tendril::hal::cia402_settings(c.actuators[2].drive);
   CHECK(thumb.reference == tendril::hal::Reference::kHoming);
   CHECK(thumb.referenced_bit == 15);
   CHECK_FALSE(thumb.soft_limits);
@@ -235,9 +238,9 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(air.displacement_min == -2e-6);
   CHECK(air.displacement_max == 15e-6);
   CHECK(air.top_rate == 5e-6);
-  CHECK(air.drive.displacement_per_turn == Approx(0.8e-6));
+  CHECK(air.drive.scale.displacement_per_turn == Approx(0.8e-6));
   CHECK(air.follows_effort());
-  CHECK(air.drive.canopen.rated_torque == Approx(0.02));
+  CHECK(tendril::hal::cia402_settings(air.drive).rated_torque == Approx(0.02));
   CHECK(c.control.rate_hz == 1000);
   CHECK(c.control.epsilon == 1e-4);
   CHECK(c.control.iteration_cap == 50);
@@ -255,9 +258,9 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(c.control.stop == tendril::rt::StopAction::kRelax);
   CHECK(c.bus.name == "local:/run/tendril/bus");
   CHECK(c.bus.bitrate == 5e5);
-  CHECK(c.bus.master_node == 126);
-  CHECK(c.bus.heartbeat == 0.1);
-  CHECK(c.bus.heartbeat_timeout == 0.25);
+  CHECK(tendril::hal::cia402_settings(c.bus.master).master_node == 126);
+  CHECK(c.bus.master.heartbeat_ns == 100'000'000);
+  CHECK(c.bus.master.heartbeat_timeout_ns == 250'000'000);
   REQUIRE(c.sensors.size() == 2);
   CHECK(c.sensors[0].frame.required);
   CHECK(c.sensors[0].frame.length == 8);
@@ -292,7 +295,8 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(c.plant->drives.friction == 0.1);
   CHECK(c.plant->drives.acceleration_time == Approx(8e-3));
   CHECK(c.plant->drives.position_gain == 60);
-  CHECK(c.plant->drives.following_error == 0.1);
+  CHECK(tendril::hal::own_settings<tendril::hal::Cia402SimulationSettings>(c.plant->drives.own)
+            .following_error == 0.1);
   REQUIRE(c.plant->faults.size() == 1);
   CHECK(c.plant->faults[0].kind == PlantFaultKind::kSilent);
   CHECK(c.plant->faults[0].axis == 0);
@@ -337,19 +341,18 @@ bus: {name: can0, master_node: 1}
   CHECK(c.effectors[0].controlled == std::array{true, true, true});
   CHECK(c.control.rate_hz == 600);
   CHECK(c.control.workspace_max == Vector3d::Ones());
-  CHECK(c.bus.heartbeat_timeout == 0.15);
+  CHECK(c.bus.master.heartbeat_timeout_ns == 150'000'000);
   CHECK(c.sensors.empty());
   CHECK_FALSE(c.motion);
   CHECK_FALSE(c.plant);
   CHECK(c.mesh.line == 3);
   CHECK(c.effectors[0].points[0].line == 6);
   CHECK(std::get<CableConfig>(c.actuators[0].kind).points[1].line == 9);
-  CHECK(c.actuators[0].drive.line == 13);
-  CHECK(c.actuators[0].drive.canopen.reference == tendril::hal::Reference::kAbsolute);
-  CHECK(c.actuators[0].drive.canopen.referenced_bit == -1);
-  CHECK(c.actuators[0].drive.canopen.soft_limits);
-  CHECK(c.actuators[0].drive.canopen.mapping == tendril::hal::Mapping::kConfigure);
-  CHECK(c.actuators[0].drive.canopen.following_error == 0);
+  CHECK(tendril::hal::cia402_settings(c.actuators[0].drive).reference == tendril::hal::Reference::kAbsolute);
+  CHECK(tendril::hal::cia402_settings(c.actuators[0].drive).referenced_bit == -1);
+  CHECK(tendril::hal::cia402_settings(c.actuators[0].drive).soft_limits);
+  CHECK(tendril::hal::cia402_settings(c.actuators[0].drive).mapping == tendril::hal::Mapping::kConfigure);
+  CHECK(tendril::hal::cia402_settings(c.actuators[0].drive).following_error == 0);
   CHECK_FALSE(c.actuators[0].follows_effort());
   CHECK(c.fixed.line == 5);
   CHECK(c.bus.line == 14);

@@ -1,21 +1,23 @@
 #include "app/config/plant_fault.h"
-#include "app/config/plant_fault_parser.h"
 
 #include <catch2/catch.hpp>
 #include <string>
 
 #include "app/config/config.h"
+#include "app/config/plant_fault_parser.h"
 #include "app/plant/plant_line.h"
 #include "hal/bus/virtual_bus.h"
+#include "hal/cia402/cia402_protocol.h"
+#include "hal/odrive/odrive_protocol.h"
 
 using namespace tendril;
 namespace tendril::app::plant_fault_test {
 using Catch::Matchers::Contains;
 using Kind = PlantFaultKind;
 
-Config robot(hal::Protocol protocol) {
+Config robot(const hal::DriveProtocol& protocol) {
   Config config;
-  config.bus.protocol = protocol;
+  config.bus.master.protocol = &protocol;
   config.actuators.resize(2);
   config.actuators[0].name = "north";
   config.actuators[1].name = "air";
@@ -26,11 +28,11 @@ Config robot(hal::Protocol protocol) {
   return config;
 }
 
-PlantFault parse(const std::string& line, hal::Protocol protocol = hal::Protocol::kCanopen) {
+PlantFault parse(const std::string& line, const hal::DriveProtocol& protocol = hal::cia402_protocol()) {
   return parse_plant_fault(line, robot(protocol));
 }
 
-std::string mistake(const std::string& line, hal::Protocol protocol = hal::Protocol::kCanopen) {
+std::string mistake(const std::string& line, const hal::DriveProtocol& protocol = hal::cia402_protocol()) {
   try {
     parse(line, protocol);
   } catch (const PlantFaultMistake& thrown) {
@@ -60,7 +62,7 @@ TEST_CASE("Each line of the help is read as the fault that it names", "[unit]") 
     CHECK(fault.axis == row.axis);
     CHECK(fault.value == Approx(row.value));
   }
-  CHECK(parse("fault north error 0x40000000", hal::Protocol::kOdrive).value == 0x40000000);
+  CHECK(parse("fault north error 0x40000000", hal::odrive_protocol()).value == 0x40000000);
 }
 
 TEST_CASE("A line that is no fault is answered with what is expected", "[unit]") {
@@ -70,7 +72,7 @@ TEST_CASE("A line that is no fault is answered with what is expected", "[unit]")
   CHECK_THAT(mistake("cut air"), Contains("an actuator that is a cable"));
   CHECK_THAT(mistake("fault north emcy 0"), Contains("a code from 0x1 to 0xFFFF"));
   CHECK_THAT(mistake("fault north emcy 0x10000"), Contains("a code from 0x1 to 0xFFFF"));
-  CHECK_THAT(mistake("fault north emcy 0x2310", hal::Protocol::kOdrive), Contains("'error'"));
+  CHECK_THAT(mistake("fault north emcy 0x2310", hal::odrive_protocol()), Contains("'error'"));
   CHECK_THAT(mistake("drop 101 %"), Contains("a share from 0 % to 100 %"));
   CHECK_THAT(mistake("drop 10"), Contains("a share"));
   CHECK_THAT(mistake("delay 5"), Contains("from 0 to 1 s (s, ms, us)"));

@@ -1,10 +1,10 @@
 #include "tests/app/daemon/bus_listener.h"
-#include "hal/bus/open_bus.h"
 
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <sstream>
 
+#include "hal/bus/open_bus.h"
 #include "tests/patience.h"
 
 namespace tendril::app {

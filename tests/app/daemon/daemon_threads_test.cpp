@@ -10,6 +10,7 @@
 #include "app/daemon/daemon.h"
 #include "app/plant/plant.h"
 #include "hal/bus/open_bus.h"
+#include "hal/cia402/cia402_settings.h"
 #include "rt/periodic_clock.h"
 #include "tests/app/robot/block.h"
 #include "tests/own_folder.h"
@@ -25,7 +26,9 @@ Config patient(Config config) {
   config.control.iteration_cap = 64;
   config.control.late_cycles_limit = 1'000'000;
   config.control.snapshot_age_limit = config.control.target_age_limit = 300;
-  config.bus.heartbeat_timeout = config.bus.feedback_timeout = config.bus.sdo_timeout = 30;
+  hal::MasterConfig& master = config.bus.master;
+  master.heartbeat_timeout_ns = master.feedback_timeout_ns = 30'000'000'000;
+  hal::cia402_settings(master).sdo_timeout_ns = 30'000'000'000;
   return config;
 }
 

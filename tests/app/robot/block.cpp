@@ -1,10 +1,11 @@
 #include "tests/app/robot/block.h"
-#include "app/config/load_config.h"
 
 #include <algorithm>
 #include <array>
 #include <fstream>
 #include <sstream>
+
+#include "app/config/load_config.h"
 
 namespace tendril::app {
 namespace {

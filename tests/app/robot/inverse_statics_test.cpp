@@ -1,9 +1,9 @@
 #include "app/robot/inverse_statics.h"
-#include "app/config/load_config.h"
 
 #include <catch2/catch.hpp>
 #include <memory>
 
+#include "app/config/load_config.h"
 #include "app/robot/motion.h"
 
 // Where the model's effectors come to rest when the QP and the model take turns.

@@ -1,11 +1,11 @@
 #include "app/robot/model_refresher.h"
-#include "app/config/load_config.h"
 
 #include <Eigen/Cholesky>
 #include <catch2/catch.hpp>
 #include <limits>
 #include <memory>
 
+#include "app/config/load_config.h"
 #include "qp/solver.h"
 #include "tests/app/program/programs.h"
 

@@ -1,11 +1,13 @@
 #include "app/robot/robot.h"
-#include "app/config/load_config.h"
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <numbers>
 
-#include "hal/protocols/drive_protocol.h"
+#include "app/config/load_config.h"
+#include "app/config/master_config.h"
+#include "hal/cia402/cia402_settings.h"
+#include "hal/drive/drive_protocol.h"
 #include "tests/app/program/programs.h"
 
 // From a configuration to the objects that run: limits and rates in SI, mistakes with file and line.
@@ -95,7 +97,7 @@ TEST_CASE("What an axis follows is told to controller and drives alike", "[unit]
   const hal::MasterConfig master = master_config(config);
   CHECK(master.axes[0].set_point == hal::SetPoint::kDisplacement);
   CHECK(master.axes[1].set_point == hal::SetPoint::kEffort);
-  CHECK(master.axes[1].canopen.rated_torque == 0.02);
+  CHECK(tendril::hal::cia402_settings(master.axes[1]).rated_torque == 0.02);
   CHECK_FALSE(controller_config(config).follows_effort[0]);
   CHECK(controller_config(config).follows_effort[1]);
 }
@@ -139,9 +141,9 @@ TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]"
   CHECK(m.axes[1].node == 9);
   CHECK(m.axes[1].scale.displacement_per_count() == Approx(-2 * std::numbers::pi * 0.008 / 4096));
   CHECK(m.period_ns == 1'666'667);
-  CHECK(m.canopen.master_node == 127);
-  CHECK(m.canopen.sdo_timeout_ns == 300'000'000);
-  CHECK(m.canopen.boot_timeout_ns == 5'000'000'000);
+  CHECK(tendril::hal::cia402_settings(m).master_node == 127);
+  CHECK(tendril::hal::cia402_settings(m).sdo_timeout_ns == 300'000'000);
+  CHECK(m.start_timeout_ns == 5'000'000'000);
   CHECK(m.start_timeout_ns == 5'000'000'000);
   CHECK(m.enable_timeout_ns == 20'000'000'000);
   CHECK(m.heartbeat_ns == 40'000'000);
@@ -150,7 +152,7 @@ TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]"
   REQUIRE(m.sensors.size() == 2);
   CHECK(m.sensors[0].id == 0x1F0);
   CHECK(m.sensors[0].rate_hz == 80);
-  CHECK_NOTHROW(hal::check(m));
+  CHECK_NOTHROW(m.protocol->check(m));
 }
 
 TEST_CASE("Effector rows are the controlled coordinates in the order of the effectors", "[unit]") {

@@ -1,10 +1,10 @@
 #include "fem/body/equilibrium.h"
-#include "tests/fem/sparse/cholmod_factor.h"
 
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 
 #include "tests/fem/body/bodies.h"
+#include "tests/fem/sparse/cholmod_factor.h"
 
 namespace tendril::fem::equilibrium_test {
 

@@ -2,7 +2,9 @@
 
 #include <catch2/catch.hpp>
 
-#include "hal/protocols/drive_protocol.h"
+#include "hal/cia402/cia402_protocol.h"
+#include "hal/drive/drive_protocol.h"
+#include "hal/odrive/odrive_protocol.h"
 #include "tests/hal/rig.h"
 
 namespace tendril::hal::bus_budget_test {
@@ -41,7 +43,8 @@ TEST_CASE("A load is judged before it can hurt", "[unit]") {
 }
 
 TEST_CASE("The budget of a robot counts PDOs, SYNC, heartbeats and sensors", "[unit]") {
-  MasterConfig config{.axes = std::vector<AxisConfig>(4), .period_ns = 1'666'667};
+  MasterConfig config{
+      .protocol = &cia402_protocol(), .axes = std::vector<AxisConfig>(4), .period_ns = 1'666'667};
   config.sensors = {camera(0x1F0)};
   // 58.5 % as above, 5 heartbeats of 65 bits at 20 Hz, a camera of 135 bits at 100 Hz.
   CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.585 + 0.0065 + 0.0135).epsilon(1e-4));
@@ -62,12 +65,12 @@ TEST_CASE("Set-points that are torques are shorter, and the budget knows it", "[
 
 TEST_CASE("The budget of ODrive axes counts inputs, estimates, heartbeats and sensors", "[unit]") {
   MasterConfig config{
-      .protocol = Protocol::kOdrive, .axes = std::vector<AxisConfig>(4), .period_ns = 2'000'000};
+      .protocol = &odrive_protocol(), .axes = std::vector<AxisConfig>(4), .period_ns = 2'000'000};
   config.heartbeat_ns = 100'000'000;
-  config.odrive.encoder_period_ns = 2'000'000;
+  odrive_settings(config).encoder_period_ns = 2'000'000;
   // 4 axes at 500 Hz each way, 8 bytes: 54 % by the worst-case bits; heartbeats of 135 bits at 10 Hz.
   CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.54 + 0.0054).epsilon(1e-6));
-  config.odrive.encoder_period_ns = 10'000'000;
+  odrive_settings(config).encoder_period_ns = 10'000'000;
   config.sensors = {camera(0x7F0)};
   CHECK(bus_load(periodic_frames(config), 1e6) == Approx(0.27 + 0.054 + 0.0054 + 0.0135).epsilon(1e-6));
 }

@@ -1,8 +1,8 @@
-#include "hal/cia402/cia402_master.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "hal/cia402/cia402_master.h"
 #include "tests/hal/rig.h"
 
 namespace tendril::hal::cia402_faults_test {

@@ -19,8 +19,8 @@ constexpr double kCount = 0.0628 / 65536;  // m, of the rig's axes
 MasterConfig homing_config(int axes) {
   MasterConfig config = config_of(axes);
   for (AxisConfig& axis : config.axes) {
-    axis.canopen.reference = Reference::kHoming;
-    axis.canopen.homing.method = 17;
+    cia402_settings(axis).reference = Reference::kHoming;
+    cia402_settings(axis).homing.method = 17;
   }
   return config;
 }
@@ -40,7 +40,7 @@ bool has_power(const Cia402Drive& drive) { return drive.power_stage() == PowerSt
 
 TEST_CASE("An axis is homed before its position is known, and enabling then moves nothing", "[unit]") {
   MasterConfig config = homing_config(1);
-  config.axes[0].canopen.homing.method = static_cast<int8_t>(GENERATE(17, 18));
+  cia402_settings(config.axes[0]).homing.method = static_cast<int8_t>(GENERATE(17, 18));
   config.axes[0].scale.offset = 3e-3;  // of the switch
   Rig rig(config);
   bool has_searched = false;
@@ -67,8 +67,8 @@ TEST_CASE("An axis is homed before its position is known, and enabling then move
 
 TEST_CASE("Homing in place takes the present position for the zero", "[unit]") {
   MasterConfig config = homing_config(1);
-  config.axes[0].canopen.homing.method = static_cast<int8_t>(GENERATE(35, 37));
-  config.axes[0].canopen.referenced_bit = kBit;
+  cia402_settings(config.axes[0]).homing.method = static_cast<int8_t>(GENERATE(35, 37));
+  cia402_settings(config.axes[0]).referenced_bit = kBit;
   Rig rig(config);
   REQUIRE(rig.enable());
   CHECK(rig.measured.position[0] == 0);
@@ -77,9 +77,9 @@ TEST_CASE("Homing in place takes the present position for the zero", "[unit]") {
 
 TEST_CASE("What is configured of homing is written, and nothing else", "[unit]") {
   MasterConfig config = homing_config(2);
-  config.axes[0].canopen.homing = {
+  cia402_settings(config.axes[0]).homing = {
       .method = 18, .speed_search = 40'000, .speed_zero = 500, .acceleration = 300'000};
-  config.axes[1].canopen.homing.method.reset();
+  cia402_settings(config.axes[1]).homing.method.reset();
   Rig rig(config);
   rig.run_until([&] { return rig.measured.all_known || rig.faulted(); });
   int at = 0;
@@ -125,7 +125,7 @@ TEST_CASE("No axis is homed before every drive is there", "[unit]") {
 
 TEST_CASE("A homing error is a fault, the axis loses its power, and the next ones are not homed", "[unit]") {
   MasterConfig config = homing_config(2);
-  config.axes[0].canopen.homing.method = 0;  // none
+  cia402_settings(config.axes[0]).homing.method = 0;  // none
   Rig rig(config);
   const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kHomingFailed);
@@ -139,7 +139,7 @@ TEST_CASE("A homing error is a fault, the axis loses its power, and the next one
 
 TEST_CASE("Homing that does not end is a time-out, and a reset homes again", "[unit]") {
   MasterConfig config = homing_config(1);
-  config.axes[0].canopen.homing.timeout_ns = 2'000 * kMillisecond_ns;
+  cia402_settings(config.axes[0]).homing.timeout_ns = 2'000 * kMillisecond_ns;
   Rig rig(config);
   rig.drives[0].set_jammed(true);
   REQUIRE(rig.run_until([&] { return has_power(rig.drives[0]); }));
@@ -190,7 +190,7 @@ TEST_CASE("The end of the run ends the search", "[unit]") {
 
 TEST_CASE("An axis whose drive tells that it has no reference never moves", "[unit]") {
   MasterConfig config = config_of(2);
-  config.axes[1].canopen.referenced_bit = kBit;
+  cia402_settings(config.axes[1]).referenced_bit = kBit;
   Rig rig(config);
   rig.tamper = force_bits(1, 0, 1u << kBit);
   rig.command.enable = true;
@@ -208,7 +208,7 @@ TEST_CASE("An axis whose drive tells that it has no reference never moves", "[un
 
 TEST_CASE("A reference that is lost in operation is a fault", "[unit]") {
   MasterConfig config = config_of(2);
-  config.axes[0].canopen.referenced_bit = kBit;
+  cia402_settings(config.axes[0]).referenced_bit = kBit;
   Rig rig(config);
   REQUIRE(rig.enable());
   rig.run_for(100 * kMillisecond_ns);
@@ -221,8 +221,8 @@ TEST_CASE("A reference that is lost in operation is a fault", "[unit]") {
 
 TEST_CASE("A procedure that ends without the bit that tells of a reference has found none", "[unit]") {
   MasterConfig config = homing_config(1);
-  config.axes[0].canopen.referenced_bit = kBit;
-  config.axes[0].canopen.homing.timeout_ns = 2'000 * kMillisecond_ns;
+  cia402_settings(config.axes[0]).referenced_bit = kBit;
+  cia402_settings(config.axes[0]).homing.timeout_ns = 2'000 * kMillisecond_ns;
   Rig rig(config);
   rig.tamper = force_bits(0, 0, 1u << kBit);
   CHECK(rig.fault().kind == FaultKind::kNotReferenced);
@@ -232,7 +232,7 @@ TEST_CASE("A drive that tells that it still has its reference is not homed again
   const bool tells = GENERATE(false, true);
   CAPTURE(tells);
   MasterConfig config = homing_config(1);
-  if (tells) config.axes[0].canopen.referenced_bit = kBit;
+  if (tells) cia402_settings(config.axes[0]).referenced_bit = kBit;
   Rig rig(config);
   REQUIRE(rig.enable());
   rig.follow_measured = false;

@@ -127,7 +127,7 @@ TEST_CASE("An axis found outside its limits does not jump at enabling, is led ba
 
 TEST_CASE("A drive without soft limits is a fault that names them, unless it is not to have any", "[unit]") {
   MasterConfig config = limited_config(-3e-3, 5e-3);
-  config.axes[1].canopen.soft_limits = GENERATE(true, false);
+  cia402_settings(config.axes[1]).soft_limits = GENERATE(true, false);
   Rig rig(config);
   rig.tamper = [](int axis, Frame& frame) {
     const auto answer = decode_sdo_answer(frame, 2);
@@ -135,7 +135,7 @@ TEST_CASE("A drive without soft limits is a fault that names them, unless it is 
       frame = encode_sdo_answer(2, {SdoAnswer::Kind::kAbort, answer->object, 0, 0x06020000});
     return true;
   };
-  if (config.axes[1].canopen.soft_limits) {
+  if (cia402_settings(config.axes[1]).soft_limits) {
     CHECK_FALSE(rig.enable());
     CHECK(rig.master.describe(rig.measured.fault) ==
           "axis 1 'cable 1' (node 2): configuration failed at object 607D:2: no such object (SDO abort "
@@ -149,7 +149,7 @@ TEST_CASE("A drive without soft limits is a fault that names them, unless it is 
 
 TEST_CASE("A drive that cannot follow gives up at the window that it was told", "[unit]") {
   MasterConfig config = config_of(2);
-  config.axes[0].canopen.following_error = 1e-3;
+  cia402_settings(config.axes[0]).following_error = 1e-3;
   Rig rig(config);
   REQUIRE(rig.enable());
   CHECK(written(rig, 1, {0x6065, 0}) == std::lround(1e-3 / kCount));

@@ -10,7 +10,7 @@ using namespace tendril::hal::test;
 
 MasterConfig as_found_config() {
   MasterConfig config = config_of(2);
-  for (AxisConfig& axis : config.axes) axis.canopen.mapping = Mapping::kAsFound;
+  for (AxisConfig& axis : config.axes) cia402_settings(axis).mapping = Mapping::kAsFound;
   return config;
 }
 
@@ -33,8 +33,8 @@ std::string verdict(ObjectAddress object, uint32_t value) {
 
 TEST_CASE("A mapping that is to stay as found is read, never written, and serves", "[unit]") {
   MasterConfig config = as_found_config();
-  config.axes[0].canopen.pdo = GENERATE(1, 3);
-  config.axes[0].canopen.rpdo_id = 0x442;
+  cia402_settings(config.axes[0]).pdo = GENERATE(1, 3);
+  cia402_settings(config.axes[0]).rpdo_id = 0x442;
   Rig rig(config);
   REQUIRE(rig.enable());
   for (const Frame& frame : rig.traffic)

@@ -85,8 +85,8 @@ TEST_CASE("A name is shown as far as it can be read", "[unit]") {
 
 TEST_CASE("Any of the four pairs of PDOs serves an axis, with COB-IDs of its own", "[unit]") {
   MasterConfig config = config_of(2);
-  config.axes[0].canopen = {.pdo = GENERATE(1, 2, 3, 4), .rpdo_id = 0x442, .tpdo_id = 0x3C2};
-  config.axes[1].canopen.pdo = 4;
+  cia402_settings(config.axes[0]) = {.pdo = GENERATE(1, 2, 3, 4), .rpdo_id = 0x442, .tpdo_id = 0x3C2};
+  cia402_settings(config.axes[1]).pdo = 4;
   Rig rig(config);
   REQUIRE(rig.enable());
   rig.follow_measured = false;
@@ -277,7 +277,7 @@ TEST_CASE("Sensors are heard beside CiA 402 drives, and grow stale", "[unit]") {
 
 TEST_CASE("The master gets along with the identifiers it names, in a whole life of the drives", "[unit]") {
   MasterConfig config = config_of(3);
-  config.axes[2].canopen.tpdo_id = 0x3A5;
+  cia402_settings(config.axes[2]).tpdo_id = 0x3A5;
   config.sensors = {camera(0x7E0)};
   Rig rig(config);
   const std::vector<uint32_t> ids = rig.master.identifiers();

@@ -25,7 +25,7 @@ MasterConfig config_of_rig<Rig>(int axes) {
 template <>
 MasterConfig config_of_rig<OdriveRig>(int axes) {
   MasterConfig config = odrive_config_of(axes);
-  config.odrive.encoder_period_ns = 2 * kMillisecond_ns;
+  odrive_settings(config).encoder_period_ns = 2 * kMillisecond_ns;
   return config;
 }
 
@@ -46,7 +46,7 @@ struct Winches : AnyRig {
                                        .position = 0.05 * static_cast<double>(i),
                                        .tuning = {.friction = 0.2},
                                        .torque_limit = std::abs(axes[i].scale.to_torque(kForce_N)),
-                                       .encoder_period_ns = config.odrive.encoder_period_ns,
+                                       .encoder_period_ns = odrive_settings(config).encoder_period_ns,
                                        .watchdog_ns = config.heartbeat_timeout_ns});
   }
 
@@ -234,7 +234,7 @@ TEST_CASE("Soft limits of a drive that is commanded torques leave the first word
 
 TEST_CASE("A mapping as found must hold the torque where the axis follows efforts", "[unit]") {
   MasterConfig config = mixed<Rig>();
-  for (AxisConfig& axis : config.axes) axis.canopen.mapping = Mapping::kAsFound;
+  for (AxisConfig& axis : config.axes) cia402_settings(axis).mapping = Mapping::kAsFound;
   {
     Winches<Rig> rig(config);
     rig.command.effort = {8, 8, 8};
@@ -250,8 +250,8 @@ TEST_CASE("A mapping as found must hold the torque where the axis follows effort
 
 TEST_CASE("An axis that is homed follows efforts only after that", "[unit]") {
   MasterConfig config = on_efforts(config_of(1), 1, kRange_m);
-  config.axes[0].canopen.reference = Reference::kHoming;
-  config.axes[0].canopen.homing.method = 17;
+  cia402_settings(config.axes[0]).reference = Reference::kHoming;
+  cia402_settings(config.axes[0]).homing.method = 17;
   Rig rig(config);
   rig.command.effort[0] = 8;
   REQUIRE(rig.run_until([&] { return rig.measured.all_known || rig.faulted(); }));

@@ -58,9 +58,9 @@ TEST_CASE("A whole life of CiA 402 drives makes no heap call on either side", "[
 
 TEST_CASE("A whole life of CiA 402 drives that are homed makes no heap call on either side", "[rt]") {
   MasterConfig config = config_of(3);
-  config.axes[2].canopen.reference = Reference::kHoming;
-  config.axes[2].canopen.homing.method = 37;
-  config.axes[2].canopen.referenced_bit = 14;
+  cia402_settings(config.axes[2]).reference = Reference::kHoming;
+  cia402_settings(config.axes[2]).homing.method = 37;
+  cia402_settings(config.axes[2]).referenced_bit = 14;
   for (AxisConfig& axis : config.axes) axis.displacement_min = -(axis.displacement_max = 1e-3);
   Rig rig(config);
   CHECK(live(rig) == 0);

@@ -26,7 +26,8 @@ TEST_CASE("Positions of ODrive axes are known before anything is enabled", "[uni
 
 TEST_CASE("Enabling node 2 takes the frames of CANSimple in their order", "[unit]") {
   MasterConfig config = odrive_config_of(3);
-  config.axes[2].odrive = {.velocity = 20, .current = 10};
+  odrive_settings(config.axes[2]) = {
+      .velocity_limit = 20, .current_limit = 10, .counts_from_power_on = false};
   OdriveRig rig(config);
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
   rig.run_for(300 * kMillisecond_ns);  // fed: no watchdog goes off
@@ -105,7 +106,8 @@ TEST_CASE("Each axis gets one frame a cycle once it is enabled", "[unit]") {
 
 TEST_CASE("Thirty-two ODrive axes are enabled without a batch that overflows", "[unit]") {
   MasterConfig config = odrive_config_of(32);
-  for (AxisConfig& axis : config.axes) axis.odrive = {.velocity = 20, .current = 10};
+  for (AxisConfig& axis : config.axes)
+    odrive_settings(axis) = {.velocity_limit = 20, .current_limit = 10, .counts_from_power_on = false};
   OdriveRig rig(config);
   REQUIRE(rig.enable());
   CHECK(rig.batch.dropped() == 0);

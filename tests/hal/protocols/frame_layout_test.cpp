@@ -1,4 +1,4 @@
-#include "hal/protocols/frame_layout.h"
+#include "hal/drive/frame_layout.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,8 +7,8 @@
 
 #include "hal/canopen/canopen.h"
 #include "hal/cia402/cia402.h"
+#include "hal/drive/drive_protocol.h"
 #include "hal/odrive/odrive.h"
-#include "hal/protocols/drive_protocol.h"
 #include "tests/hal/rig.h"
 
 namespace tendril::hal::frame_layout_test {
@@ -19,7 +19,7 @@ class Layouts {
  public:
   explicit Layouts(MasterConfig config) : config_(std::move(config)) {
     config_.sensors = {camera(0x7F5)};
-    check(config_);
+    config_.protocol->check(config_);
     frames_ = frame_layouts(config_, std::vector<DisplacementUnit>(config_.axes.size()));
   }
 
@@ -108,7 +108,7 @@ TEST_CASE("The table of frames reads what the CANopen codecs write", "[unit]") {
 
 TEST_CASE("The table of frames reads torques in Nm", "[unit]") {
   MasterConfig canopen = on_efforts(config_of(2), 1, 10e-3);
-  canopen.axes[0].canopen.rated_torque = 0.5;
+  cia402_settings(canopen.axes[0]).rated_torque = 0.5;
   const Layouts layouts(canopen), odrive(on_efforts(odrive_config_of(2), 1, 10e-3));
   CHECK(layouts.value(encode_torque_command(0x201, {0x0F, -300}), "target_torque") == Approx(-0.15));
   CHECK(layouts.value(encode_drive_command(0x202, {0x0F, 0}), "target_position") == 0);

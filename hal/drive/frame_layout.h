@@ -26,12 +26,21 @@ struct DisplacementUnit {
   double per_si = 1000;  // how many make a m, or a m³
 };
 
-/// The frames of drives, controller and sensors, in the order of their identifiers' owners: those of the bus,
-/// then axis by axis. Positions are in displacements, not in counts, torques in Nm.
-/// @param config  as `check` of hal/protocols/drive_protocol.h wants it
-/// @param units   one an axis
-std::vector<FrameLayout> frame_layouts(const MasterConfig& config,
-                                       const std::vector<DisplacementUnit>& units);
+/// The sender of what this program sends.
+inline constexpr const char* kController = "Tendril";
+
+/// Signals of a layout: a whole number, a float of 32 bits, one with a scale and unit of its own, and a
+/// position of a drive as the displacement that it stands for. Names fit a DBC.
+Signal number(const char* name, int start, int length, SignalType type = SignalType::kUnsigned);
+Signal real(const char* name, int start, const char* unit = "");
+Signal scaled(Signal signal, double scale, const std::string& unit);
+Signal as_displacement(Signal signal, const AxisScale& scale, const DisplacementUnit& unit);
+
+/// The name of a drive as a sender: that of its axis where a DBC can have it, else its node's number.
+std::string node_name(const AxisConfig& axis);
+
+/// The frame of a sensor.
+FrameLayout sensor_layout(const SensorConfig& sensor);
 
 /// The frames as a DBC file, which most CAN tools read.
 std::string to_dbc(const std::vector<FrameLayout>& frames);

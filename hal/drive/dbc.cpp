@@ -1,7 +1,7 @@
 #include <charconv>
 #include <set>
 
-#include "hal/protocols/frame_layout.h"
+#include "hal/drive/frame_layout.h"
 
 namespace tendril::hal {
 namespace {

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "hal/drive/master_config.h"
+
+/// What a configuration holds for CiA 402 drives alone.
+namespace tendril::hal {
+
+/// How an axis comes to know where it stands.
+enum class Reference : uint8_t {
+  kAbsolute,  // it has known since power-on, or from others
+  kHoming     // by the drive's own homing procedure, at the start
+};
+
+/// A drive's homing procedure [CiA 402-2, homing mode]: what is not given stays as the drive has it.
+struct HomingConfig {
+  std::optional<int8_t> method;          // 6098
+  std::optional<uint32_t> speed_search;  // 6099:1, for the switch, in the drive's own unit of speed
+  std::optional<uint32_t> speed_zero;    // 6099:2, for the zero, likewise
+  std::optional<uint32_t> acceleration;  // 609A, in the drive's own unit of acceleration
+  int64_t timeout_ns = 60'000'000'000;   // for the whole procedure
+};
+
+/// Who sees to it that a drive's PDOs hold what is needed.
+enum class Mapping : uint8_t {
+  kConfigure,  // the master, at each start
+  kAsFound     // others; the master reads them and refuses what differs
+};
+
+/// Settings of an axis.
+struct Cia402AxisSettings {
+  int pdo = 1;           // which pair of PDOs to use, 1..4: objects 1400 + pdo - 1 and so on
+  uint32_t rpdo_id = 0;  // 11-bit COB-IDs; 0: those of the predefined connection set
+  uint32_t tpdo_id = 0;
+  Mapping mapping = Mapping::kConfigure;
+  Reference reference = Reference::kAbsolute;
+  int referenced_bit = -1;  // of the statusword, 0..15: set while the drive has a reference; -1: it has none
+  HomingConfig homing{};
+  bool homing_given = false;   // the robot file has a section for it
+  bool soft_limits = true;     // the drive is told the limits of the displacement (607D)
+  double following_error = 0;  // m or m³: the drive's own window around its target (6065); 0: what it has
+  double rated_torque = 0;     // Nm, > 0 with SetPoint::kEffort: what 1000 in 6071 is where a turn is counted
+};
+
+/// Settings of the bus. Durations in ns.
+struct Cia402BusSettings {
+  int master_node = 127;
+  int64_t sdo_timeout_ns = 100'000'000;  // of each attempt
+  int sdo_attempts = 3;
+};
+
+/// Settings of a simulated drive.
+struct Cia402SimulationSettings {
+  std::optional<double>
+      following_error;  // share of the range of displacements; none: the drive does not watch it
+};
+
+/// The settings within a configuration: defaults where it has none.
+/// Real-time: no (the first call on one that may be changed allocates).
+inline const Cia402AxisSettings& cia402_settings(const AxisConfig& axis) {
+  return own_settings<Cia402AxisSettings>(axis.own);
+}
+inline Cia402AxisSettings& cia402_settings(AxisConfig& axis) {
+  return own_settings<Cia402AxisSettings>(axis.own);
+}
+inline const Cia402BusSettings& cia402_settings(const MasterConfig& config) {
+  return own_settings<Cia402BusSettings>(config.own);
+}
+inline Cia402BusSettings& cia402_settings(MasterConfig& config) {
+  return own_settings<Cia402BusSettings>(config.own);
+}
+
+}  // namespace tendril::hal

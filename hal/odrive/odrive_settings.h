@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "hal/drive/master_config.h"
+
+/// What a configuration holds for ODrive axes alone.
+namespace tendril::hal {
+
+/// Firmware families. They differ in the heartbeat's last bytes and in what the error bits mean.
+enum class OdriveFirmware : uint8_t { k0_5, k0_6 };
+
+/// Settings of an axis. With both limits at 0 the axis keeps those that it has.
+struct OdriveAxisSettings {
+  double velocity_limit = 0;  // rev/s
+  double current_limit = 0;   // A
+  std::optional<bool>
+      counts_from_power_on{};  // from wherever the axis then stood, or it knows; must be given
+};
+
+/// Settings of the bus. Durations in ns.
+struct OdriveBusSettings {
+  OdriveFirmware firmware = OdriveFirmware::k0_6;
+  int64_t encoder_period_ns = 10'000'000;  // between encoder estimates, as the drives are set up
+};
+
+/// Settings of a simulated axis.
+struct OdriveSimulationSettings {
+  int encoder_counts = 8192;  // in a turn, > 0
+};
+
+/// The settings within a configuration: defaults where it has none.
+/// Real-time: no (the first call on one that may be changed allocates).
+inline const OdriveAxisSettings& odrive_settings(const AxisConfig& axis) {
+  return own_settings<OdriveAxisSettings>(axis.own);
+}
+inline OdriveAxisSettings& odrive_settings(AxisConfig& axis) {
+  return own_settings<OdriveAxisSettings>(axis.own);
+}
+inline const OdriveBusSettings& odrive_settings(const MasterConfig& config) {
+  return own_settings<OdriveBusSettings>(config.own);
+}
+inline OdriveBusSettings& odrive_settings(MasterConfig& config) {
+  return own_settings<OdriveBusSettings>(config.own);
+}
+
+}  // namespace tendril::hal

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <any>
+#include <limits>
+#include <optional>
+
+#include "hal/sim/servo.h"
+
+namespace tendril::hal {
+
+/// The actuator behind a simulated drive, and how its drive is set up. Displacements in m or m³, efforts in N
+/// or Pa.
+struct SimulatedActuator {
+  static constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+  double top_rate = 0;                                         // per second, > 0, of its displacement
+  double displacement = 0;                                     // at power-on
+  double displacement_range = 0;                               // from the least to the greatest
+  double force_limit = kUnlimited;                             // > 0: greatest effort that the motor holds
+  double acceleration_time = ServoTuning{}.acceleration_time;  // s, see ServoTuning
+  double friction = ServoTuning{}.friction;
+  std::optional<double> position_gain{};  // 1/s; none: as drives of the protocol are delivered
+  std::any own{};                         // settings of the protocol, see DriveProtocol::read_simulation
+};
+
+/// The tuning of a servo of a protocol with what the actuator sets.
+inline ServoTuning tuned(ServoTuning usual, const SimulatedActuator& actuator) {
+  return {.acceleration_time = actuator.acceleration_time,
+          .position_gain = actuator.position_gain.value_or(usual.position_gain),
+          .friction = actuator.friction};
+}
+
+}  // namespace tendril::hal
