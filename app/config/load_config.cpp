@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "app/config/config_body.h"
 #include "app/config/config_drive.h"
@@ -72,12 +71,6 @@ void read_protocol_name(const Value& v, const hal::DriveProtocol*& protocol, Pro
   protocol = *found;
 }
 
-void read_time(Reader& r, std::string_view key, std::int64_t& time_ns, const Range& range) {
-  double seconds = 1e-9 * static_cast<double>(time_ns);
-  r.may(key, seconds, Dimension::kTime, range);
-  time_ns = std::llround(1e9 * seconds);
-}
-
 void read_bus(Reader& r, BusConfig& bus, Protocols protocols) {
   bus.line = r.line();
   r.need("name", bus.name, read_bus_name);
@@ -90,11 +83,12 @@ void read_bus(Reader& r, BusConfig& bus, Protocols protocols) {
                      [](const hal::DriveProtocol& protocol, hal::Settings& section, hal::MasterConfig& its) {
                        protocol.read_bus(section, its);
                      });
-  read_time(r, "boot_timeout", master.start_timeout_ns, kStartTimeout);
-  read_time(r, "enable_timeout", master.enable_timeout_ns, kStartTimeout);
-  read_time(r, "heartbeat", master.heartbeat_ns, kHeartbeat);
-  read_time(r, "heartbeat_timeout", master.heartbeat_timeout_ns, kHeartbeat);
-  read_time(r, "feedback_timeout", master.feedback_timeout_ns, kHeartbeat);
+  ProtocolSettings common(r);
+  common.time("boot_timeout", master.start_timeout_ns, kStartTimeout);
+  common.time("enable_timeout", master.enable_timeout_ns, kStartTimeout);
+  common.time("heartbeat", master.heartbeat_ns, kHeartbeat);
+  common.time("heartbeat_timeout", master.heartbeat_timeout_ns, kHeartbeat);
+  common.time("feedback_timeout", master.feedback_timeout_ns, kHeartbeat);
 }
 
 /// The place of the effector that has that name; one that has positions.

@@ -21,8 +21,6 @@ constexpr Range kHomingMethod = {.at_least = -128, .at_most = 127};  // object 6
 constexpr Range kHomingQuantity = {.at_least = 1};
 constexpr Range kSdoTimeout = {.at_least = 1e-3, .at_most = 60};
 
-int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
-
 template <class T>
 void read_whole(Settings& section, std::string_view key, std::optional<T>& out, const Range& range) {
   int number = 0;
@@ -37,13 +35,11 @@ void read_cob_id(Settings& section, std::string_view key, uint32_t& out) {
 }
 
 void read_homing(Settings& section, HomingConfig& homing) {
-  double timeout = 1e-9 * static_cast<double>(homing.timeout_ns);
   read_whole(section, "method", homing.method, kHomingMethod);
   read_whole(section, "speed_search", homing.speed_search, kHomingQuantity);
   read_whole(section, "speed_zero", homing.speed_zero, kHomingQuantity);
   read_whole(section, "acceleration", homing.acceleration, kHomingQuantity);
-  section.number("timeout", timeout, Dimension::kTime, Range{.above = 0, .at_most = 3600});
-  homing.timeout_ns = nanoseconds(timeout);
+  section.time("timeout", homing.timeout_ns, Range{.above = 0, .at_most = 3600});
 }
 
 void append_sdo(std::vector<FrameLayout>& frames, const std::string& node, int number_of_node) {
@@ -105,9 +101,7 @@ class Cia402Protocol final : public DriveProtocol {
   void read_bus(Settings& section, MasterConfig& config) const override {
     Cia402BusSettings& bus = cia402_settings(config);
     section.whole("master_node", bus.master_node, kNode);
-    double sdo_timeout = 1e-9 * static_cast<double>(bus.sdo_timeout_ns);
-    section.number("sdo_timeout", sdo_timeout, Dimension::kTime, kSdoTimeout);
-    bus.sdo_timeout_ns = nanoseconds(sdo_timeout);
+    section.time("sdo_timeout", bus.sdo_timeout_ns, kSdoTimeout);
   }
 
   void read_drive(Settings& section, Dimension displacement, AxisConfig& axis) const override {

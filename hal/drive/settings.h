@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
@@ -64,6 +65,13 @@ class Settings {
   virtual bool has(std::string_view key) const = 0;
   /// Reports a mistake: "found VALUE, expected EXPECTED".
   [[noreturn]] virtual void fail(std::string_view key, std::string_view expected) const = 0;
+
+  /// A time, kept in ns.
+  void time(std::string_view key, int64_t& time_ns, const Range& range) {
+    double seconds = 1e-9 * static_cast<double>(time_ns);
+    number(key, seconds, Dimension::kTime, range);
+    time_ns = std::llround(1e9 * seconds);
+  }
 
   /// One of several words, each with its value.
   template <class T>

@@ -79,9 +79,7 @@ class OdriveProtocol final : public DriveProtocol {
     config.heartbeat_timeout_ns = 250'000'000;
     OdriveBusSettings& bus = odrive_settings(config);
     section.word("firmware", bus.firmware, {{"0.5", OdriveFirmware::k0_5}, {"0.6", OdriveFirmware::k0_6}});
-    double period = 1e-9 * static_cast<double>(bus.encoder_period_ns);
-    section.number("encoder_period", period, Dimension::kTime, kEncoderPeriod);
-    bus.encoder_period_ns = std::llround(1e9 * period);
+    section.time("encoder_period", bus.encoder_period_ns, kEncoderPeriod);
   }
 
   void read_drive(Settings& section, Dimension, AxisConfig& axis) const override {
