@@ -3,7 +3,6 @@
 #include <span>
 
 #include "hal/bus/bus_budget.h"
-#include "rt/heap_guard.h"
 
 namespace tendril::rt {
 namespace {
@@ -40,7 +39,7 @@ void fill(Feedback& feedback, std::int64_t now_ns, const hal::Measurement& measu
           const Decision& decision) noexcept {
   feedback.stamp_ns = now_ns;
   feedback.displacements_known = measurement.all_known;
-  feedback.efforts_known = decision.lambda_acts;
+  feedback.efforts_known = decision.efforts_active;
   feedback.lambda = decision.lambda;
   feedback.delta_a.resize(decision.lambda.size());
   for (Eigen::Index a = 0; a < decision.lambda.size(); ++a) feedback.delta_a[a] = measurement.position[a];
@@ -48,93 +47,63 @@ void fill(Feedback& feedback, std::int64_t now_ns, const hal::Measurement& measu
 
 }  // namespace
 
-ControlLoop::ControlLoop(hal::Bus& bus, hal::DriveMaster& drives, Controller& controller,
-                         TripleBuffer<Snapshot>& snapshots, TripleBuffer<Target>& targets,
-                         TripleBuffer<Feedback>& feedback, const Requests& requests)
-    : bus_(bus),
-      drives_(drives),
-      controller_(controller),
-      snapshots_(snapshots),
-      targets_(targets),
-      feedback_(feedback),
-      requests_(requests) {}
+ControlLoop::ControlLoop(hal::Bus& bus, hal::DriveMaster& drives, ControlLaw& law, Channels& channels)
+    : bus_(bus), drives_(drives), law_(law), channels_(channels) {}
 
-const hal::Measurement& ControlLoop::read(std::int64_t woken_ns) noexcept {
+const hal::Measurement& ControlLoop::read(const CycleStart& start) noexcept {
   const int count = bus_.receive(arrived_);
   for (int k = 0; k < count; ++k) drives_.receive(arrived_[k], arrived_[k].stamp_ns);
   record_.bus_bits = bits_of(std::span(arrived_).first(count));
-  return drives_.measure(bus_.health(), woken_ns);
+  return drives_.measure(bus_.health(), start.woken_ns);
 }
 
-const Decision& ControlLoop::solve(const hal::Measurement& measurement, std::int64_t intended_ns,
-                                   std::int64_t woken_ns, int late_in_a_row) noexcept {
-  snapshot_ = snapshots_.has_value() ? &snapshots_.latest() : nullptr;
-  const Target* target = targets_.has_value() ? &targets_.latest() : nullptr;
-  const Cycle cycle{.now_ns = intended_ns,
-                    .wakeup_ns = woken_ns - intended_ns,
-                    .late_in_a_row = late_in_a_row,
-                    .stop_requested = requests_.stop.load(std::memory_order_relaxed),
-                    .model_failed = requests_.model_failed.load(std::memory_order_relaxed)};
-  return controller_.step(measurement, snapshot_, target, cycle);
+const Decision& ControlLoop::solve(const hal::Measurement& measurement, const CycleStart& start) noexcept {
+  snapshot_ = channels_.snapshots.has_value() ? &channels_.snapshots.latest() : nullptr;
+  const Target* target = channels_.targets.has_value() ? &channels_.targets.latest() : nullptr;
+  return law_.step(measurement, snapshot_, target,
+                   {.now_ns = start.intended_ns,
+                    .wakeup_ns = start.woken_ns - start.intended_ns,
+                    .late_in_a_row = start.late_in_a_row,
+                    .stop_requested = channels_.requests.stop.load(std::memory_order_relaxed),
+                    .model_failed = channels_.requests.model_failed.load(std::memory_order_relaxed)});
 }
 
 TraceRecord& ControlLoop::write(const hal::Measurement& measurement, const Decision& decision,
-                                std::int64_t intended_ns, std::int64_t woken_ns) noexcept {
+                                const CycleStart& start) noexcept {
   frames_.clear();
-  drives_.command(decision.command, woken_ns, frames_);
+  drives_.command(decision.command, start.woken_ns, frames_);
   // What the queue cannot take is counted by the bus.
   if (bus_.send(frames_) == hal::SendResult::kSent) record_.bus_bits += bits_of(frames_);
 
-  fill(feedback_.back(), intended_ns, measurement, decision);
-  feedback_.publish();
-  fill(record_, intended_ns, measurement, snapshot_, decision);
+  fill(channels_.feedback.back(), start.intended_ns, measurement, decision);
+  channels_.feedback.publish();
+  if (decision.phase == Phase::kRunning && record_.phase != Phase::kRunning) {
+    channels_.run_starts.back() = {start.intended_ns, decision.p_e};
+    channels_.run_starts.publish();
+  }
+  channels_.progress.phase.store(decision.phase, std::memory_order_release);
+  fill(record_, start.intended_ns, measurement, snapshot_, decision);
   return record_;
 }
 
-TraceRecord& ControlLoop::cycle(std::int64_t intended_ns, std::int64_t woken_ns, int late_in_a_row) noexcept {
-  const hal::Measurement& measurement = read(woken_ns);
-  return write(measurement, solve(measurement, intended_ns, woken_ns, late_in_a_row), intended_ns, woken_ns);
+TraceRecord& ControlLoop::cycle(const CycleStart& start) noexcept {
+  const hal::Measurement& measurement = read(start);
+  return write(measurement, solve(measurement, start), start);
 }
 
-void ControlLoop::run(PeriodicClock& clock, TraceRing& trace, LoopCounts& counts,
-                      Progress& progress) noexcept {
-  counts.scheduling = scheduling_of_this_thread();
-  const HeapGuard heap;
-  const PageFaultCounter page_faults;
-  int late_in_a_row = 0;
-  Phase phase = Phase::kConnecting;
-  while (phase != Phase::kStopped) {
-    const std::int64_t intended_ns = clock.wait();
-    const std::int64_t woken_ns = now_ns();
-    const hal::Measurement& measurement = read(woken_ns);
-    const std::int64_t read_ns = now_ns();
-    const Decision& decision = solve(measurement, intended_ns, woken_ns, late_in_a_row);
-    const std::int64_t solved_ns = now_ns();
-    TraceRecord& record = write(measurement, decision, intended_ns, woken_ns);
-    phase = record.phase;
-
-    const std::int64_t ended_ns = now_ns();
-    const std::int64_t overdue_ns = ended_ns - clock.next_deadline_ns();
-    record.missed = clock.realign(ended_ns);
-    if (record.missed > 0) counts.wakeup.record_with_missed(overdue_ns, clock.period_ns());
-    late_in_a_row = record.missed > 0 ? late_in_a_row + 1 : 0;
-    record.wakeup_ns = woken_ns - intended_ns;
-    record.read_ns = read_ns - woken_ns;
-    record.solve_ns = solved_ns - read_ns;
-    record.cycle_ns = ended_ns - woken_ns;
-    record.heap_calls = heap.calls();
-    record.page_faults = page_faults.faults().total();
-    counts.wakeup.record(record.wakeup_ns);
-    counts.cycle.record(record.cycle_ns);
-    counts.cycles += 1 + record.missed;
-    counts.late_cycles += record.missed;
-    record.cycles = counts.cycles;
-    record.late_cycles = counts.late_cycles;
-    trace.push(record);  // a full ring counts what it drops
-  }
-  counts.heap_calls = HeapGuard::available() ? heap.calls() : -1;
-  counts.page_faults = page_faults.faults();
-  progress.ended.store(true, std::memory_order_release);
+void ControlLoop::run(PeriodicClock& clock, LoopCounts& counts) noexcept {
+  CycleLog log(clock, counts);
+  do {
+    const CycleStart& start = log.wait();
+    const hal::Measurement& measurement = read(start);
+    log.end_of_read();
+    const Decision& decision = solve(measurement, start);
+    log.end_of_solve();
+    log.end_of_cycle(write(measurement, decision, start));
+    channels_.trace.push(record_);  // a full ring counts what it drops
+  } while (record_.phase != Phase::kStopped);
+  log.end_of_run();
+  channels_.progress.ended.store(true, std::memory_order_release);
 }
 
 }  // namespace tendril::rt

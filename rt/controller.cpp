@@ -27,17 +27,11 @@ bool inside(const EffectorVector& p, const EffectorVector& lower, const Effector
 
 }  // namespace
 
-const char* name(Phase phase) noexcept {
-  static constexpr const char* kNames[] = {"connect", "model", "enable", "run", "stop", "disable", "stopped"};
-  return kNames[static_cast<std::size_t>(phase)];
-}
-
-Controller::Controller(const ControllerConfig& config) : config_(config) {
+Controller::Controller(const ControllerConfig& config)
+    : config_(config), problem_(config.a_min, config.a_max, config.iteration_cap) {
   const auto m = config.actuators;
   delta_a_.setZero(m);
   velocity_.setZero(m);
-  g_.setZero(m);
-  bounds_ = {config.a_min, config.a_max, config.l_min, config.l_max};
   decision_.command.axes = m;
   decision_.lambda.setZero(m);
   for (int a = 0; a < m; ++a) {
@@ -53,7 +47,7 @@ Controller::Controller(const ControllerConfig& config) : config_(config) {
 }
 
 const Decision& Controller::step(const hal::Measurement& measurement, const Snapshot* snapshot,
-                                 const Target* target, const Cycle& cycle) noexcept {
+                                 const Target* target, const CycleInput& cycle) noexcept {
   const FaultSet before = decision_.faults;
   decision_.faults = {};
   decision_.qp_solved = false;
@@ -66,7 +60,7 @@ const Decision& Controller::step(const hal::Measurement& measurement, const Snap
     case Phase::kConnecting:
     case Phase::kModelling:
     case Phase::kEnabling:  // hold what is measured: enabling must not move anything
-      expect(measurement, snapshot);
+      hold_measured(measurement, snapshot);
       break;
     case Phase::kRunning:  // the first command that drives follow is what they have measured
       serve_target(target, cycle);
@@ -92,7 +86,7 @@ void Controller::command() noexcept {
   }
   command.enable = decision_.phase >= Phase::kEnabling && decision_.phase <= Phase::kStopping;
   command.finish = decision_.phase >= Phase::kDisabling;
-  decision_.lambda_acts = decision_.phase >= (any_effort_ ? Phase::kEnabling : Phase::kRunning);
+  decision_.efforts_active = decision_.phase >= (any_effort_ ? Phase::kEnabling : Phase::kRunning);
 }
 
 /// λ within its limits; the last one where it is no number.
@@ -103,7 +97,7 @@ double Controller::allowed_effort(int a) const noexcept {
 }
 
 /// Where all actuators are, and with which efforts, before the controller moves any.
-void Controller::expect(const hal::Measurement& measurement, const Snapshot* snapshot) noexcept {
+void Controller::hold_measured(const hal::Measurement& measurement, const Snapshot* snapshot) noexcept {
   if (snapshot) decision_.lambda = snapshot->lambda;
   for (int a = 0; a < config_.actuators; ++a)
     if (config_.follows_effort[a]) decision_.lambda[a] = allowed_effort(a);
@@ -120,7 +114,7 @@ void Controller::enter(Phase phase, std::int64_t now_ns) noexcept {
   phase_since_ns_ = now_ns;
 }
 
-void Controller::stop_if_demanded(const hal::Measurement& measurement, const Cycle& cycle,
+void Controller::stop_if_demanded(const hal::Measurement& measurement, const CycleInput& cycle,
                                   FaultSet before) noexcept {
   if (measurement.fault.kind != hal::FaultKind::kNone) decision_.faults.add(Fault::kDrives);
   if (measurement.sensors.lost >= 0) decision_.faults.add(Fault::kSensorLost);
@@ -152,7 +146,7 @@ void Controller::advance_phase(const hal::Measurement& measurement, const Snapsh
     case Phase::kEnabling:
       if (!measurement.all_enabled) break;
       enter(Phase::kRunning, now_ns);
-      expect(measurement, snapshot);
+      hold_measured(measurement, snapshot);
       velocity_.setZero();
       decision_.p_e.noalias() = snapshot->W_ea * decision_.lambda + snapshot->p_e_free;
       decision_.desired = decision_.p_e;
@@ -169,7 +163,7 @@ void Controller::advance_phase(const hal::Measurement& measurement, const Snapsh
   }
 }
 
-void Controller::serve_target(const Target* target, const Cycle& cycle) noexcept {
+void Controller::serve_target(const Target* target, const CycleInput& cycle) noexcept {
   if (!target) return;
   if (cycle.now_ns + cycle.wakeup_ns - target->stamp_ns > config_.target_age_limit_ns) {
     decision_.faults.add(Fault::kTargetStale);
@@ -199,12 +193,7 @@ void Controller::solve(const Snapshot& snapshot) noexcept {
   const ActuatorVector reach = config_.v_max * config_.period_s;
   const ActuatorVector lower = config_.l_min.cwiseMax(delta_a_ - reach).cwiseMin(delta_a_ + reach);
   const ActuatorVector upper = config_.l_max.cwiseMin(delta_a_ + reach).cwiseMax(delta_a_ - reach);
-  bounds_.row_lower = lower - snapshot.delta_a_free;
-  bounds_.row_upper = upper - snapshot.delta_a_free;
-  g_.noalias() = snapshot.D_W_ea.transpose() * (snapshot.p_e_free - decision_.desired);
-
-  const qp::Solution& solution =
-      solver_.solve(snapshot.problem, g_, bounds_, decision_.lambda, config_.iteration_cap);
+  const qp::Solution& solution = problem_.solve(snapshot, decision_.desired, lower, upper, decision_.lambda);
   decision_.qp_solved = true;
   decision_.qp_status = solution.status;
   decision_.qp_iterations = solution.iterations;

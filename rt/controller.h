@@ -4,27 +4,10 @@
 #include <cstdint>
 #include <limits>
 
-#include "hal/drive/drives.h"
-#include "qp/solver.h"
-#include "rt/faults.h"
-#include "rt/snapshot.h"
-#include "rt/target.h"
+#include "rt/control_law.h"
+#include "rt/inverse_problem.h"
 
 namespace tendril::rt {
-
-/// Where a run stands. Each phase leads to the next or to kStopping.
-enum class Phase : std::uint8_t {
-  kConnecting,  ///< until every drive has told its position, and every required sensor is fresh
-  kModelling,   ///< until the model rests at the measured lengths and has published a snapshot
-  kEnabling,    ///< until every drive follows its command; they hold where they are
-  kRunning,
-  kStopping,   ///< the ramp of StopAction
-  kDisabling,  ///< until no drive holds torque and all are told the end
-  kStopped,
-};
-
-/// "connect", "model", "enable", "run", "stop", "disable", "stopped". Real-time: wait-free.
-const char* name(Phase phase) noexcept;
 
 /// How a stop ends the motion, before the drives are disabled.
 enum class StopAction : std::uint8_t {
@@ -48,32 +31,6 @@ struct ControllerConfig {
   StopAction stop = StopAction::kHold;
 };
 
-/// What one cycle is told beside measurement, snapshot and target.
-struct Cycle {
-  std::int64_t now_ns = 0;     ///< the instant the cycle is for: its intended wake-up
-  std::int64_t wakeup_ns = 0;  ///< how much later it began: by so much snapshot and target are older
-  /// Cycles before this one that ended late, in a row. A long stall is one cycle: it is left to the drives,
-  /// which watch our heartbeat.
-  int late_in_a_row = 0;
-  bool stop_requested = false;  ///< the operator wants the run to end
-  bool model_failed = false;    ///< the model thread has given up
-};
-
-/// What one cycle came to.
-struct Decision {
-  Phase phase = Phase::kConnecting;
-  hal::Command command;      ///< to the drives
-  FaultSet faults;           ///< present in this cycle
-  ActuatorVector lambda;     ///< efforts the command stands for, m, N or Pa
-  bool lambda_acts = false;  ///< drives may exert lambda already, so that the model is to follow it
-  EffectorVector desired;    ///< target served, e, m or m³
-  EffectorVector p_e;        ///< where the model puts the effectors under lambda, e, m or m³
-  bool qp_solved = false;    ///< whether a QP was posed in this cycle
-  qp::Status qp_status = qp::Status::kOptimal;
-  int qp_iterations = 0;
-  std::int64_t snapshot_age_ns = 0;
-};
-
 /// The control law: from what is measured, known and wanted to what the drives shall do. A function of its
 /// arguments and its own small state; no clock, no input or output, no globals.
 ///
@@ -88,18 +45,14 @@ struct Decision {
 /// which the model rests at the displacements measured before. These move it by as much as the model errs, so
 /// from then on the model follows the efforts and not the displacements. No effort that is commanded is ever
 /// beyond its limits, or not finite.
-class Controller {
+class Controller final : public ControlLaw {
  public:
   /// Real-time: no (copies).
   explicit Controller(const ControllerConfig& config);
 
-  /// One cycle.
-  /// @param snapshot  nullptr until there is one
-  /// @param target    nullptr until there is one
-  /// @return  valid until the next call
   /// Real-time: bounded by the QP's iteration cap; allocates nothing, takes no lock.
   const Decision& step(const hal::Measurement& measurement, const Snapshot* snapshot, const Target* target,
-                       const Cycle& cycle) noexcept;
+                       const CycleInput& cycle) noexcept override;
 
   /// Why the run stopped: meaningful once `stopping()`.
   bool stopping() const noexcept { return decision_.phase >= Phase::kStopping; }
@@ -113,14 +66,15 @@ class Controller {
  private:
   void advance_phase(const hal::Measurement& measurement, const Snapshot* snapshot,
                      std::int64_t now_ns) noexcept;
-  void stop_if_demanded(const hal::Measurement& measurement, const Cycle& cycle, FaultSet before) noexcept;
+  void stop_if_demanded(const hal::Measurement& measurement, const CycleInput& cycle,
+                        FaultSet before) noexcept;
   void enter(Phase phase, std::int64_t now_ns) noexcept;
-  void serve_target(const Target* target, const Cycle& cycle) noexcept;
+  void serve_target(const Target* target, const CycleInput& cycle) noexcept;
   void run(const Snapshot& snapshot) noexcept;
   void solve(const Snapshot& snapshot) noexcept;
   void brake(bool relax) noexcept;
   void brake_effort(int a, bool relax) noexcept;
-  void expect(const hal::Measurement& measurement, const Snapshot* snapshot) noexcept;
+  void hold_measured(const hal::Measurement& measurement, const Snapshot* snapshot) noexcept;
   void command() noexcept;
   double allowed_effort(int a) const noexcept;
   double rest_displacement(int a) const noexcept;
@@ -128,12 +82,10 @@ class Controller {
   bool at_rest() const noexcept;
 
   ControllerConfig config_;
-  qp::Solver solver_;
-  qp::Bounds bounds_;
+  InverseProblem problem_;
   Decision decision_;
   ActuatorVector delta_a_;   // last command, m or m³
   ActuatorVector velocity_;  // of the last command, m/s or m³/s
-  ActuatorVector g_;         // linear term of the QP
   bool any_effort_ = false;  // an actuator follows efforts
   bool has_target_ = false;
   bool faulted_ = false;

@@ -3,8 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "qp/solver.h"
-#include "rt/controller.h"
+#include "rt/control_law.h"
 
 namespace tendril::rt {
 

@@ -12,13 +12,14 @@
 #include <memory>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "app/check/private_bus.h"
 #include "app/config/master_config.h"
 #include "app/plant/plant.h"
 #include "app/program/real_time_rights.h"
 #include "app/program/stop_signal.h"
-#include "app/robot/channels.h"
+#include "app/robot/control_stack.h"
 #include "app/robot/inverse_statics.h"
 #include "app/robot/model_thread.h"
 #include "app/robot/motion.h"
@@ -26,6 +27,7 @@
 #include "app/robot/robot.h"
 #include "hal/bus/open_bus.h"
 #include "hal/drive/drive_protocol.h"
+#include "rt/control_thread.h"
 #include "rt/periodic_clock.h"
 
 namespace tendril::tools {
@@ -86,26 +88,24 @@ class DriveBench {
 /// Drains the trace of a control thread until it has ended, and ends it when time is up or a signal comes.
 class Watch {
  public:
-  using OnFirst = std::function<void(const rt::TraceRecord&)>;
-  using Tend = std::function<void()>;
+  using EachRound = std::function<void()>;
 
-  Watch(app::Channels& channels, const LatencyOptions& options, LatencyStages& stages,
+  Watch(rt::Channels& channels, const LatencyOptions& options, LatencyStages& stages,
         const TellProgress& tell)
       : channels_(channels), options_(options), stages_(stages), tell_(tell) {}
 
-  /// @param on_first  called with the first cycle that counts
-  /// @param tend      called each round
+  /// @param each_round  called each round
   /// @return  seconds measured
-  double run(const OnFirst& on_first, const Tend& tend) {
+  double run(const EachRound& each_round) {
     bool ended = false;
     while (!ended) {
       ended = channels_.progress.ended.load(std::memory_order_acquire);  // before the last draining
-      tend();
-      drain(on_first);
+      each_round();
+      drain();
       const bool time_is_up = options_.duration_s > 0 && first_ns_ > 0 && seconds() >= options_.duration_s;
       if (time_is_up || app::stop_signalled()) channels_.requests.stop = true;
-      if (first_ns_ > 0 && last_ns_ >= next_tale_ns_) {
-        next_tale_ns_ = last_ns_ + kProgress_ns;
+      if (first_ns_ > 0 && last_ns_ >= progress_due_ns_) {
+        progress_due_ns_ = last_ns_ + kProgress_ns;
         tell_(seconds());
       }
       if (!ended) std::this_thread::sleep_for(kHousekeeping);
@@ -116,25 +116,24 @@ class Watch {
  private:
   double seconds() const { return 1e-9 * static_cast<double>(last_ns_ - first_ns_); }
 
-  void drain(const OnFirst& on_first) {
+  void drain() {
     rt::TraceRecord record;
     while (channels_.trace.pop(record)) {
       if (record.phase != rt::Phase::kRunning) continue;
       last_ns_ = record.intended_ns;
       if (first_ns_ == 0) {
         first_ns_ = last_ns_;
-        next_tale_ns_ = first_ns_ + kProgress_ns;
-        on_first(record);
+        progress_due_ns_ = first_ns_ + kProgress_ns;
       }
       stages_.add(record);
     }
   }
 
-  app::Channels& channels_;
+  rt::Channels& channels_;
   const LatencyOptions& options_;
   LatencyStages& stages_;
   const TellProgress& tell_;
-  std::int64_t first_ns_ = 0, last_ns_ = 0, next_tale_ns_ = 0;
+  std::int64_t first_ns_ = 0, last_ns_ = 0, progress_due_ns_ = 0;
 };
 
 struct StopAtExit {
@@ -148,7 +147,7 @@ std::string words_of(const rt::Scheduling& scheduling) {
 
 /// The control loop's way of waiting and nothing else.
 /// Real-time: the thread that is measured.
-void beat(rt::PeriodicClock& clock, app::Channels& channels) noexcept {
+void beat(rt::PeriodicClock& clock, rt::Channels& channels) noexcept {
   rt::TraceRecord record;
   record.phase = rt::Phase::kRunning;
   while (!channels.requests.stop.load(std::memory_order_relaxed)) {
@@ -180,46 +179,37 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   const auto idle_latency_limit = app::limit_idle_latency(config.control.idle_latency);
   facts.idle_latency_held = idle_latency_limit != nullptr;
 
-  const auto channels = std::make_unique<app::Channels>();
-  const auto counts = std::make_unique<rt::LoopCounts>();
   const DriveBench bench(config, options);
-  const auto master = hal::make_master(app::master_config(config));
-  rt::Controller controller(app::controller_config(config));
+  auto master = hal::make_master(app::master_config(config));
   const auto bus = hal::open_bus(bench.bus(), hal::BusRole::kJoin, master->identifiers());
-  rt::ControlLoop loop(*bus, *master, controller, channels->snapshots, channels->targets, channels->feedback,
-                       channels->requests);
-  app::ModelThread model(*robot, config, *channels);
-  rt::RealtimeThread control({"control", options.priority, options.cpu}, rights(options), [&] {
-    rt::PeriodicClock clock(options.rate_hz);
-    loop.run(clock, channels->trace, *counts, channels->progress);
-  });
-  const StopAtExit stop_at_exit{channels->requests};
+  app::ControlStack stack(app::controller_config(config), std::move(master), *bus);
+  rt::Channels& channels = *stack.channels;
+  app::ModelThread model(*robot, config, channels);
+  rt::ControlThread control({"control", options.priority, options.cpu}, rights(options), options.rate_hz,
+                            stack.loop, channels);
   if (!control.refusal().empty()) spdlog::warn("{}", control.refusal());
   rt::keep_to_cpu(pthread_self(), "main", options.housekeeping_cpu);
 
   std::optional<app::Motion> motion;
-  facts.seconds = Watch(*channels, options, stages, tell)
-                      .run(
-                          [&](const rt::TraceRecord& first) {
-                            if (config.motion) motion.emplace(config, rest, first);
-                          },
-                          [&] {
-                            if (!motion) return;
-                            channels->targets.back() = motion->at(rt::now_ns());
-                            channels->targets.publish();
-                          });
+  facts.seconds = Watch(channels, options, stages, tell).run([&] {
+    if (config.motion && channels.run_starts.fresh()) {
+      const rt::RunStart& start = channels.run_starts.latest();
+      motion.emplace(config, rest, start.p_e, start.stamp_ns);
+    }
+    if (!motion) return;
+    channels.targets.back() = motion->at(rt::now_ns());
+    channels.targets.publish();
+  });
   control.join();
   model.stop();
-  facts.scheduling = words_of(counts->scheduling);
-  facts.trace_dropped = channels->trace.dropped();
-  if (counts->heap_calls >= 0) facts.heap_calls = counts->heap_calls;
-  facts.page_faults = counts->page_faults.total();
-  if (model.active_seconds() > 0)
-    facts.model_rate_hz = static_cast<double>(model.refreshes()) / model.active_seconds();
-  if (controller.faulted())
-    facts.problems.push_back("the controller stopped: " + (controller.stop_reason() == rt::Fault::kDrives
-                                                               ? master->describe(controller.drive_fault())
-                                                               : rt::rule(controller.stop_reason()).words));
+  const rt::LoopCounts& counts = control.counts();
+  facts.scheduling = words_of(counts.scheduling);
+  facts.trace_dropped = channels.trace.dropped();
+  if (counts.heap_calls >= 0) facts.heap_calls = counts.heap_calls;
+  facts.page_faults = counts.page_faults.total();
+  facts.model_rate_hz = model.mean_rate_hz();
+  if (const std::string reason = stack.stop_reason(config); !reason.empty())
+    facts.problems.push_back("the controller stopped: " + reason);
   return facts;
 }
 
@@ -228,7 +218,7 @@ LatencyFacts run_timer(const LatencyOptions& options, LatencyStages& stages, con
   facts.memory_locked = app::lock_memory(options.allow_non_rt);
   const auto idle_latency_limit = app::limit_idle_latency(0);
   facts.idle_latency_held = idle_latency_limit != nullptr;
-  const auto channels = std::make_unique<app::Channels>();
+  const auto channels = std::make_unique<rt::Channels>();
   rt::Scheduling scheduling;
   rt::RealtimeThread timer({"timer", options.priority, options.cpu}, rights(options), [&] {
     scheduling = rt::scheduling_of_this_thread();
@@ -238,7 +228,7 @@ LatencyFacts run_timer(const LatencyOptions& options, LatencyStages& stages, con
   const StopAtExit stop_at_exit{channels->requests};
   if (!timer.refusal().empty()) spdlog::warn("{}", timer.refusal());
   rt::keep_to_cpu(pthread_self(), "main", options.housekeeping_cpu);
-  facts.seconds = Watch(*channels, options, stages, tell).run([](const auto&) {}, [] {});
+  facts.seconds = Watch(*channels, options, stages, tell).run([] {});
   timer.join();
   facts.scheduling = words_of(scheduling);
   facts.trace_dropped = channels->trace.dropped();

@@ -12,12 +12,11 @@
 #include "app/check/private_bus.h"
 #include "app/config/master_config.h"
 #include "app/plant/plant.h"
-#include "app/robot/channels.h"
+#include "app/robot/control_stack.h"
 #include "app/robot/cpu_time.h"
 #include "app/robot/model_refresher.h"
 #include "hal/bus/open_bus.h"
 #include "hal/drive/drive_protocol.h"
-#include "rt/control_loop.h"
 
 namespace tendril::app {
 namespace {
@@ -64,13 +63,9 @@ class Rehearsal {
         drives_bus_(hal::open_bus(medium_.name(), hal::BusRole::kHost)),
         bus_(medium_.name(), now_ns_),
         drives_(without_body(config)),
-        master_(hal::make_master(master_config(without_body(config)))),
-        controller_(undisturbed(config)),
-        channels_(std::make_unique<Channels>()),
-        loop_(bus_, *master_, controller_, channels_->snapshots, channels_->targets, channels_->feedback,
-              channels_->requests) {
-    linearise_at_rest(robot, config, now_ns_, channels_->snapshots.back());
-    channels_->snapshots.publish();
+        stack_(undisturbed(config), hal::make_master(master_config(without_body(config))), bus_) {
+    linearise_at_rest(robot, config, now_ns_, stack_.channels->snapshots.back());
+    stack_.channels->snapshots.publish();
   }
 
   /// One cycle; the CPU's time in reading, solving and writing, s.
@@ -79,11 +74,12 @@ class Rehearsal {
     const PlantSighting nothing{.stamp_ns = now_ns_ - period_ns_ / 2};  // but sensors tell even that
     drives_.serve(*drives_bus_, nothing, nothing.stamp_ns);
     const double begin = cpu_seconds();
-    const hal::Measurement& measurement = loop_.read(now_ns_);
+    const rt::CycleStart start{now_ns_, now_ns_};
+    const hal::Measurement& measurement = stack_.loop.read(start);
     const double read = cpu_seconds();
-    const rt::Decision& decision = loop_.solve(measurement, now_ns_, now_ns_, 0);
+    const rt::Decision& decision = stack_.loop.solve(measurement, start);
     const double solved = cpu_seconds();
-    phase_ = loop_.write(measurement, decision, now_ns_, now_ns_).phase;
+    phase_ = stack_.loop.write(measurement, decision, start).phase;
     const double written = cpu_seconds();
     return {read - begin, solved - read, written - solved};
   }
@@ -95,7 +91,7 @@ class Rehearsal {
     return phase_ == rt::Phase::kRunning;
   }
 
-  std::string fault() const { return master_->describe(controller_.drive_fault()); }
+  std::string fault() const { return stack_.master->describe(stack_.controller.drive_fault()); }
 
  private:
   std::int64_t now_ns_ = 1'000'000'000, period_ns_;  // stamps of zero mean "never"
@@ -103,10 +99,7 @@ class Rehearsal {
   std::unique_ptr<hal::Bus> drives_bus_;
   RehearsalBus bus_;
   PlantDrives drives_;
-  std::unique_ptr<hal::DriveMaster> master_;
-  rt::Controller controller_;
-  std::unique_ptr<Channels> channels_;
-  rt::ControlLoop loop_;
+  ControlStack stack_;
   rt::Phase phase_ = rt::Phase::kConnecting;
 };
 

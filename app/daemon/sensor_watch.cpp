@@ -1,7 +1,5 @@
 #include "app/daemon/sensor_watch.h"
 
-#include <fmt/format.h>
-
 namespace tendril::app {
 
 std::vector<SensorWatch::Change> SensorWatch::add(const rt::TraceRecord& record) {
@@ -19,11 +17,6 @@ std::vector<SensorWatch::Change> SensorWatch::add(const rt::TraceRecord& record)
   }
   last_ns_ = record.intended_ns;
   return changes;
-}
-
-std::string loss(const hal::SensorConfig& sensor) {
-  return fmt::format("sensor '{}': no sample younger than {:g} ms", sensor.name,
-                     1e-6 * static_cast<double>(sensor.timeout_ns));
 }
 
 }  // namespace tendril::app

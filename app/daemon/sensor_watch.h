@@ -42,7 +42,4 @@ class SensorWatch {
   std::int64_t last_ns_ = 0;  // the cycle before
 };
 
-/// "sensor 'camera': no sample younger than 100 ms". Real-time: no (allocates).
-std::string loss(const hal::SensorConfig& sensor);
-
 }  // namespace tendril::app

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "hal/drive/drives.h"
+#include "rt/control_law.h"
 
 namespace tendril::app {
 
@@ -19,9 +20,11 @@ struct JogConfig {
 /// ramps up, goes on at a constant speed, ramps down, waits for the axis, and lets go of it.
 ///
 /// The axis is disabled at once where it strays from its command or the drive reports a fault.
-class Jog {
+///
+/// Of the phases of a run it uses kRunning for the motion and kStopping for waiting until the axis has
+/// arrived behind its command.
+class Jog final : public rt::ControlLaw {
  public:
-  enum class Phase : std::uint8_t { kConnecting, kEnabling, kMoving, kSettling, kDisabling, kDone };
   enum class Ending : std::uint8_t {
     kArrived,
     kStopped,    ///< as asked
@@ -32,29 +35,27 @@ class Jog {
 
   explicit Jog(const JogConfig& config);
 
-  /// One cycle.
   /// @param measurement  of a master of this one axis
-  /// @param stop         come to a halt and end
-  /// Real-time: yes (bounded, no allocation).
-  const hal::Command& step(const hal::Measurement& measurement, bool stop) noexcept;
+  /// @param cycle        stop_requested: come to a halt and end
+  /// Snapshot and target are not used. Real-time: bounded; allocates nothing, takes no lock.
+  const rt::Decision& step(const hal::Measurement& measurement, const rt::Snapshot* snapshot,
+                           const rt::Target* target, const rt::CycleInput& cycle) noexcept override;
 
-  Phase phase() const noexcept { return phase_; }
-  Ending ending() const noexcept { return ending_; }  ///< once kDisabling
+  Ending ending() const noexcept { return ending_; }  ///< from phase kDisabling on
   double start() const noexcept { return start_; }    ///< displacement before the motion, once enabling
-  double commanded() const noexcept { return command_.position[0]; }
+  double commanded() const noexcept { return decision_.command.position[0]; }
   const hal::DriveFault& drive_fault() const noexcept { return fault_; }
 
  private:
   void connect(const hal::Measurement& measurement) noexcept;
   void move(bool stop) noexcept;
   void end(Ending ending) noexcept;
-  void enter(Phase phase) noexcept;
-  bool out_of_hand(const hal::Measurement& measurement) const noexcept;
+  void enter(rt::Phase phase) noexcept;
+  bool strays(const hal::Measurement& measurement) const noexcept;
 
   JogConfig config_;
-  Phase phase_ = Phase::kConnecting;
+  rt::Decision decision_;
   Ending ending_ = Ending::kArrived;
-  hal::Command command_;
   hal::DriveFault fault_;
   double start_ = 0, goal_ = 0, speed_ = 0;
   std::int64_t cycles_ = 0;  // in this phase

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -20,23 +19,15 @@
 #include "app/robot/robot.h"
 #include "hal/bus/open_bus.h"
 #include "hal/drive/drive_protocol.h"
-#include "rt/periodic_clock.h"
-#include "rt/spsc_ring.h"
-#include "rt/thread.h"
+#include "rt/channels.h"
+#include "rt/control_loop.h"
+#include "rt/control_thread.h"
 
 namespace tendril::app {
 namespace {
 
 constexpr auto kTick = std::chrono::milliseconds(10);
-constexpr double kShown_s = 0.2;
-
-/// One cycle, as the main thread shows it.
-struct JogRecord {
-  std::int64_t intended_ns = 0;
-  Jog::Phase phase = Jog::Phase::kConnecting;
-  double commanded = 0, measured = 0;  // m or m³
-};
-using JogRing = rt::SpscRing<JogRecord, 1024>;
+constexpr std::int64_t kPrintInterval_ns = 200'000'000;
 
 std::size_t index_of(const Config& config, const std::string& name) {
   std::string known;
@@ -83,48 +74,49 @@ JogConfig jog_config(const JogOptions& options, const ActuatorConfig& actuator, 
   return jog;
 }
 
-/// The bus of one axis, with us as its master.
-class OneAxis {
- public:
-  OneAxis(const Config& config, std::size_t actuator, const std::string& bus)
-      : master_(hal::make_master(alone(master_config(config), actuator))),
-        bus_(hal::open_bus(bus, hal::BusRole::kJoin, master_->identifiers())) {}
-
-  /// One cycle. Real-time: bounded, no allocation.
-  JogRecord cycle(Jog& jog, std::int64_t intended_ns, bool stop) noexcept {
-    const int count = bus_->receive(arrived_);
-    for (int k = 0; k < count; ++k) master_->receive(arrived_[k], arrived_[k].stamp_ns);
-    const std::int64_t now_ns = rt::now_ns();
-    const hal::Measurement& measurement = master_->measure(bus_->health(), now_ns);
-    frames_.clear();
-    master_->command(jog.step(measurement, stop), now_ns, frames_);
-    bus_->send(frames_);
-    return {intended_ns, jog.phase(), jog.commanded(), measurement.position[0]};
-  }
-
-  std::string describe(const hal::DriveFault& fault) const { return master_->describe(fault); }
-
- private:
-  static hal::MasterConfig alone(hal::MasterConfig config, std::size_t actuator) {
-    config.axes = {config.axes[actuator]};
-    config.axes[0].set_point =
-        hal::SetPoint::kDisplacement;  // by hand an axis goes somewhere, whatever it follows
-    return config;
-  }
-
-  std::unique_ptr<hal::DriveMaster> master_;
-  std::unique_ptr<hal::Bus> bus_;
-  std::array<hal::Frame, hal::kMaxWaiting> arrived_;
-  hal::FrameBatch frames_;
-};
-
-const char* name(Jog::Phase phase) {
-  constexpr const char* kNames[] = {"connect", "enable", "move", "settle", "disable", "done"};
-  return kNames[static_cast<int>(phase)];
+/// The drives of the configuration without all but one.
+hal::MasterConfig only_axis(hal::MasterConfig config, std::size_t actuator) {
+  config.axes = {config.axes[actuator]};
+  // A jog moves to positions, whatever the axis follows otherwise.
+  config.axes[0].set_point = hal::SetPoint::kDisplacement;
+  return config;
 }
 
+/// Prints how the axis moves while the control thread runs.
+class JogDisplay {
+ public:
+  /// @param print  else records are only taken
+  JogDisplay(rt::TraceRing& trace, const ActuatorConfig& actuator, bool print)
+      : trace_(trace), unit_(displacement_unit(actuator)), print_(print) {}
+
+  /// Takes the records that have come.
+  void drain() {
+    rt::TraceRecord record;
+    while (trace_.pop(record)) {
+      measured_ = record.measured[0];
+      if (first_ns_ == 0) first_ns_ = record.intended_ns;
+      if (!print_ || record.intended_ns < due_ns_) continue;
+      due_ns_ = record.intended_ns + kPrintInterval_ns;
+      fmt::print("{:6.1f} s  {:8} commanded {:9.3f} {}  measured {:9.3f} {}\n",
+                 1e-9 * static_cast<double>(record.intended_ns - first_ns_), rt::name(record.phase),
+                 unit_.per_si * record.command[0], unit_.name, unit_.per_si * measured_, unit_.name);
+      std::fflush(stdout);
+    }
+  }
+
+  double measured() const { return measured_; }  ///< last displacement, m or m³
+
+ private:
+  rt::TraceRing& trace_;
+  hal::DisplacementUnit unit_;
+  bool print_;
+  std::int64_t first_ns_ = 0, due_ns_ = 0;
+  double measured_ = 0;
+};
+
 /// What became of it, in a sentence.
-std::string verdict(const Jog& jog, const OneAxis& axis, const ActuatorConfig& actuator, double measured) {
+std::string verdict(const Jog& jog, const hal::DriveMaster& master, const ActuatorConfig& actuator,
+                    double measured) {
   const hal::DisplacementUnit unit = displacement_unit(actuator);
   switch (jog.ending()) {
     case Jog::Ending::kArrived:
@@ -144,7 +136,7 @@ std::string verdict(const Jog& jog, const OneAxis& axis, const ActuatorConfig& a
           "move at all, the right way, and as far as counts and pulley say?",
           actuator.name, unit.per_si * measured, unit.name, unit.per_si * jog.commanded(), unit.name);
     case Jog::Ending::kDriveFault:
-      return axis.describe(jog.drive_fault());
+      return master.describe(jog.drive_fault());
   }
   return "";
 }
@@ -157,47 +149,33 @@ int run_jog(const JogOptions& options) {
   const ActuatorConfig& actuator = config.actuators[index];
   Jog jog(jog_config(options, actuator, 1 / config.control.rate_hz));
   lock_memory(options.allow_non_rt);
-  const auto axis =
-      std::make_unique<OneAxis>(config, index, options.bus.empty() ? config.bus.name : options.bus);
-  const auto ring = std::make_unique<JogRing>();
-  std::atomic<bool> ended{false};
-  rt::RealtimeThread control({"jog", config.control.priority, config.control.cpu},
-                             options.allow_non_rt ? rt::RtRights::kIgnore : rt::RtRights::kRequire, [&] {
-                               rt::PeriodicClock clock(config.control.rate_hz);
-                               while (jog.phase() != Jog::Phase::kDone) {
-                                 ring->push(axis->cycle(jog, clock.wait(), stop_signalled()));
-                                 clock.realign(rt::now_ns());
-                               }
-                               ended.store(true, std::memory_order_release);
-                             });
+  const auto master = hal::make_master(only_axis(master_config(config), index));
+  const auto bus = hal::open_bus(options.bus.empty() ? config.bus.name : options.bus, hal::BusRole::kJoin,
+                                 master->identifiers());
+  const auto channels = std::make_unique<rt::Channels>();
+  rt::ControlLoop loop(*bus, *master, jog, *channels);
+  JogDisplay display(channels->trace, actuator, !options.json);
+  rt::ControlThread control({"jog", config.control.priority, config.control.cpu},
+                            options.allow_non_rt ? rt::RtRights::kIgnore : rt::RtRights::kRequire,
+                            config.control.rate_hz, loop, *channels);
   if (!control.refusal().empty()) spdlog::warn("{}", control.refusal());
-
-  const hal::DisplacementUnit unit = displacement_unit(actuator);
-  JogRecord record;
-  std::int64_t first_ns = 0, shown_ns = 0;
-  while (!ended.load(std::memory_order_acquire)) {
+  while (!control.ended()) {
     std::this_thread::sleep_for(kTick);
-    while (ring->pop(record)) {
-      if (first_ns == 0) first_ns = record.intended_ns;
-      if (options.json || static_cast<double>(record.intended_ns - shown_ns) < 1e9 * kShown_s) continue;
-      shown_ns = record.intended_ns;
-      fmt::print("{:6.1f} s  {:8} commanded {:9.3f} {}  measured {:9.3f} {}\n",
-                 1e-9 * static_cast<double>(record.intended_ns - first_ns), name(record.phase),
-                 unit.per_si * record.commanded, unit.name, unit.per_si * record.measured, unit.name);
-      std::fflush(stdout);
-    }
+    if (stop_signalled()) channels->requests.stop = true;
+    display.drain();
   }
   control.join();
-  while (ring->pop(record)) {
-  }
+  display.drain();
+
   const bool arrived = jog.ending() == Jog::Ending::kArrived;
-  const std::string text = verdict(jog, *axis, actuator, record.measured);
+  const double measured = display.measured();
+  const std::string text = verdict(jog, *master, actuator, measured);
   if (options.json)
     fmt::print("{}\n", nlohmann::ordered_json{{"actuator", actuator.name},
                                               {"arrived", arrived},
                                               {"start", jog.start()},
                                               {"commanded", jog.commanded()},
-                                              {"measured", record.measured},
+                                              {"measured", measured},
                                               {"verdict", text}}
                            .dump());
   else

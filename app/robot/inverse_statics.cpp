@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "app/robot/model_refresher.h"
-#include "qp/solver.h"
+#include "rt/inverse_problem.h"
 
 namespace tendril::app {
 namespace {
@@ -20,7 +20,7 @@ StaticReach reach(const Robot& robot, const Config& config, const rt::EffectorVe
   const rt::ActuatorVector small = kEffort * (limits.a_max - limits.a_min);
   ModelRefresher model(robot, config);
   const auto snapshot = std::make_unique<rt::Snapshot>();
-  qp::Solver solver;
+  rt::InverseProblem problem(limits.a_min, limits.a_max, limits.iteration_cap);
   rt::Feedback feedback;
   if (!model.settle(Eigen::VectorXd::Zero(limits.actuators))) return result;
   feedback.lambda = rt::ActuatorVector::Zero(limits.actuators);
@@ -34,11 +34,8 @@ StaticReach reach(const Robot& robot, const Config& config, const rt::EffectorVe
     if (feedback.efforts_known && (model.x() - before).cwiseAbs().maxCoeff() < kSettled)
       result.converged = true;
 
-    const qp::Bounds bounds{limits.a_min, limits.a_max, limits.l_min - snapshot->delta_a_free,
-                            limits.l_max - snapshot->delta_a_free};
-    const rt::ActuatorVector g = snapshot->D_W_ea.transpose() * (snapshot->p_e_free - goal);
     const qp::Solution& solution =
-        solver.solve(snapshot->problem, g, bounds, feedback.lambda, limits.iteration_cap);
+        problem.solve(*snapshot, goal, limits.l_min, limits.l_max, feedback.lambda);
     if (solution.status != qp::Status::kOptimal && solution.status != qp::Status::kSoftened) return result;
     result.converged =
         result.converged && ((solution.x - feedback.lambda).array().abs() <= small.array()).all();

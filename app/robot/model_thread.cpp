@@ -12,13 +12,13 @@
 namespace tendril::app {
 namespace {
 
-constexpr auto kPatience = std::chrono::milliseconds(1);
+constexpr auto kRetryInterval = std::chrono::milliseconds(1);
 // After so many failed refreshes without a single good one there will be no first snapshot.
-constexpr std::uint64_t kHopeless = 100;
+constexpr std::uint64_t kFailuresAllowed = 100;
 
 }  // namespace
 
-ModelThread::ModelThread(const Robot& robot, const Config& config, Channels& channels)
+ModelThread::ModelThread(const Robot& robot, const Config& config, rt::Channels& channels)
     : refresher_(robot, config),
       channels_(channels),
       rate_limit_hz_(config.control.model_rate_limit_hz),
@@ -39,6 +39,12 @@ void ModelThread::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
+double ModelThread::mean_rate_hz() const {
+  const std::int64_t active_ns =
+      last_ns_.load(std::memory_order_relaxed) - first_ns_.load(std::memory_order_relaxed);
+  return active_ns > 0 ? 1e9 * static_cast<double>(refreshes()) / static_cast<double>(active_ns) : 0;
+}
+
 /// Waits for the drives' displacements and brings the body to rest there.
 bool ModelThread::settle() {
   while (!quit_) {
@@ -48,7 +54,7 @@ bool ModelThread::settle() {
       channels_.requests.model_failed = true;
       return false;
     }
-    std::this_thread::sleep_for(kPatience);
+    std::this_thread::sleep_for(kRetryInterval);
   }
   return false;
 }
@@ -73,8 +79,8 @@ void ModelThread::refresh() {
       ++refreshes_;
     } else {
       ++failures_;  // the last good snapshot serves until its age limit
-      if (refreshes_ == 0 && failures_ >= kHopeless) channels_.requests.model_failed = true;
-      std::this_thread::sleep_for(kPatience);
+      if (refreshes_ == 0 && failures_ >= kFailuresAllowed) channels_.requests.model_failed = true;
+      std::this_thread::sleep_for(kRetryInterval);
     }
     last_ns_ = rt::now_ns();
     if (const std::int64_t rest_ns = begin_ns + period_ns - last_ns_; rest_ns > 0)

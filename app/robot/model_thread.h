@@ -3,8 +3,8 @@
 #include <atomic>
 #include <thread>
 
-#include "app/robot/channels.h"
 #include "app/robot/model_refresher.h"
+#include "rt/channels.h"
 
 namespace tendril::app {
 
@@ -14,7 +14,7 @@ class ModelThread {
  public:
   /// Starts the thread. Keeps references to robot and channels.
   /// @throws rt::RtError where its CPU is not there
-  ModelThread(const Robot& robot, const Config& config, Channels& channels);
+  ModelThread(const Robot& robot, const Config& config, rt::Channels& channels);
   /// Ends and joins it.
   ~ModelThread();
   ModelThread(const ModelThread&) = delete;
@@ -26,11 +26,8 @@ class ModelThread {
   std::uint64_t refreshes() const { return refreshes_.load(std::memory_order_relaxed); }
   /// Refreshes that found no usable pose.
   std::uint64_t failures() const { return failures_.load(std::memory_order_relaxed); }
-  /// From the first to the last refresh, s.
-  double active_seconds() const {
-    return 1e-9 * static_cast<double>(last_ns_.load(std::memory_order_relaxed) -
-                                      first_ns_.load(std::memory_order_relaxed));
-  }
+  /// Refreshes a second, from the first to the last; 0 before there are any.
+  double mean_rate_hz() const;
 
  private:
   void run();
@@ -38,7 +35,7 @@ class ModelThread {
   void refresh();
 
   ModelRefresher refresher_;
-  Channels& channels_;
+  rt::Channels& channels_;
   double rate_limit_hz_;
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> refreshes_{0}, failures_{0};

@@ -16,10 +16,6 @@ rt::EffectorVector goal_at(const Config& config, const Eigen::Vector3d& waypoint
   return goal;
 }
 
-Motion::Motion(const Config& config, const rt::EffectorVector& rest, const rt::TraceRecord& cycle)
-    : Motion(config, rest, Eigen::Map<const Eigen::VectorXd>(cycle.p_e.data(), rest.size()),
-             cycle.intended_ns) {}
-
 Motion::Motion(const Config& config, const rt::EffectorVector& rest, const rt::EffectorVector& start,
                std::int64_t start_ns)
     : speed_(config.motion->speed), closed_(config.motion->closed), start_ns_(start_ns) {

@@ -5,7 +5,6 @@
 
 #include "app/config/config.h"
 #include "rt/target.h"
-#include "rt/trace_record.h"
 
 namespace tendril::app {
 
@@ -26,9 +25,6 @@ class Motion {
   /// @param start_ns  when the approach begins
   Motion(const Config& config, const rt::EffectorVector& rest, const rt::EffectorVector& start,
          std::int64_t start_ns);
-
-  /// The path that begins where the model puts the effectors in a cycle, at its instant.
-  Motion(const Config& config, const rt::EffectorVector& rest, const rt::TraceRecord& cycle);
 
   /// The straight piece of the path at an instant, stamped with it.
   rt::Target at(std::int64_t now_ns) const;

@@ -10,7 +10,7 @@
 
 #include "app/robot/cpu_time.h"
 #include "app/robot/model_refresher.h"
-#include "qp/solver.h"
+#include "rt/inverse_problem.h"
 
 namespace tendril::app {
 namespace {
@@ -31,14 +31,14 @@ constexpr int kSolves = 4;
 class Conflicts {
  public:
   Conflicts(const rt::Snapshot& snapshot, const rt::ControllerConfig& limits)
-      : snapshot_(snapshot), limits_(limits), bounds_{limits.a_min, limits.a_max, {}, {}} {}
+      : snapshot_(snapshot), limits_(limits), problem_(limits.a_min, limits.a_max, limits.iteration_cap) {}
 
   /// Solves the next one from an empty working set; its iterations.
   int solve() {
-    const rt::ActuatorVector g = -snapshot_.D_W_ea.transpose() * (snapshot_.W_ea * beyond());
-    bounds_.row_lower = bounds_.row_upper = snapshot_.W_aa * beyond();
-    solver_.reset();
-    return solver_.solve(snapshot_.problem, g, bounds_, limits_.a_min, limits_.iteration_cap).iterations;
+    const rt::EffectorVector desired = snapshot_.p_e_free + snapshot_.W_ea * beyond();
+    const rt::ActuatorVector displacements = snapshot_.delta_a_free + snapshot_.W_aa * beyond();
+    problem_.forget_working_set();
+    return problem_.solve(snapshot_, desired, displacements, displacements, limits_.a_min).iterations;
   }
 
  private:
@@ -55,8 +55,7 @@ class Conflicts {
 
   const rt::Snapshot& snapshot_;
   const rt::ControllerConfig& limits_;
-  qp::Solver solver_;
-  qp::Bounds bounds_;
+  rt::InverseProblem problem_;
   std::mt19937 random_;  // the same problems at each start
   std::uniform_real_distribution<double> share_{-1, 1};
 };

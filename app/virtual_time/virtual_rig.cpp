@@ -34,14 +34,10 @@ VirtualRig::VirtualRig(const Config& config, const VirtualSettings& settings)
       settings_(settings),
       now_ns_(kVirtualStart_ns),
       robot_(build_model(config)),
-      channels_(std::make_unique<Channels>()),
       medium_(settings.bus_delay_ns),
       controller_bus_(medium_.attach("controller")),
       plant_bus_(medium_.attach("plant")),
-      master_(hal::make_master(master_config(config))),
-      controller_(law(config, settings)),
-      loop_(controller_bus_, *master_, controller_, channels_->snapshots, channels_->targets,
-            channels_->feedback, channels_->requests),
+      stack_(law(config, settings), hal::make_master(master_config(config)), controller_bus_),
       refresher_(*robot_, config),
       body_(config, settings.start),
       drives_(config, settings.start),
@@ -106,23 +102,24 @@ void VirtualRig::refresh_model() {
 
 void VirtualRig::publish_refresh() {
   if (!snapshot_ready_) return;
-  if (observer_) observer_(channels_->snapshots.back());
-  channels_->snapshots.publish();
+  if (observer_) observer_(stack_.channels->snapshots.back());
+  stack_.channels->snapshots.publish();
   snapshot_ready_ = false;
   if (!step_target_) return;
-  channels_->targets.back() = *step_target_;
-  channels_->targets.publish();
+  stack_.channels->targets.back() = *step_target_;
+  stack_.channels->targets.publish();
 }
 
 void VirtualRig::begin_refresh() {
-  const rt::Feedback& feedback = channels_->feedback.latest();
+  const rt::Feedback& feedback = stack_.channels->feedback.latest();
   if (!feedback.displacements_known) return;
   if (!model_settled_) {
     model_settled_ = refresher_.settle(feedback.delta_a);
-    if (!model_settled_) channels_->requests.model_failed = true;
+    if (!model_settled_) stack_.channels->requests.model_failed = true;
   }
-  snapshot_ready_ = model_settled_ && refresher_.refresh(feedback, now_ns_, channels_->snapshots.back());
-  if (snapshots_spoilt_) channels_->snapshots.back().p_e_free.setConstant(std::nan(""));
+  snapshot_ready_ =
+      model_settled_ && refresher_.refresh(feedback, now_ns_, stack_.channels->snapshots.back());
+  if (snapshots_spoilt_) stack_.channels->snapshots.back().p_e_free.setConstant(std::nan(""));
   if (!settings_.synchronous || !motion_ || targets_stalled_) return;
   step_target_ = motion_->at(now_ns_);
   step_target_->until_ns = now_ns_;
@@ -130,8 +127,8 @@ void VirtualRig::begin_refresh() {
 
 void VirtualRig::send_target() {
   if (targets_stalled_ || !motion_ || settings_.synchronous) return;
-  channels_->targets.back() = motion_->at(now_ns_);
-  channels_->targets.publish();
+  stack_.channels->targets.back() = motion_->at(now_ns_);
+  stack_.channels->targets.publish();
 }
 
 void VirtualRig::control() {
@@ -140,13 +137,15 @@ void VirtualRig::control() {
   events_[kControl].next_ns = control_grid_.deadline_ns(cycles_);
   if (control_stalled_) return;
   const rt::HeapGuard heap;
-  const rt::TraceRecord& record = loop_.cycle(now_ns_, now_ns_, late_in_a_row_);
+  const rt::TraceRecord& record = stack_.loop.cycle({now_ns_, now_ns_, late_in_a_row_});
   heap_calls_ += heap.calls();
   late_in_a_row_ = late ? late_in_a_row_ + 1 : 0;
   if (late) --overruns_;
   trace_.push_back(record);
-  if (!motion_ && config_.motion && record.phase == rt::Phase::kRunning)
-    motion_.emplace(config_, rest_, record);
+  if (config_.motion && stack_.channels->run_starts.fresh()) {
+    const rt::RunStart& start = stack_.channels->run_starts.latest();
+    motion_.emplace(config_, rest_, start.p_e, start.stamp_ns);
+  }
   if (refresh_due_) begin_refresh();
   refresh_due_ = false;
 }

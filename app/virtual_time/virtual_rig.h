@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/plant/plant.h"
-#include "app/robot/channels.h"
+#include "app/robot/control_stack.h"
 #include "app/robot/model_refresher.h"
 #include "app/robot/motion.h"
 #include "hal/bus/virtual_bus.h"
@@ -57,8 +57,8 @@ class VirtualRig {
   const std::vector<rt::TraceRecord>& trace() const { return trace_; }        ///< every cycle so far
   const std::vector<PlantSighting>& sightings() const { return sightings_; }  ///< after every time step
   const std::optional<Motion>& motion() const { return motion_; }             ///< once the controller runs
-  const rt::Controller& controller() const { return controller_; }
-  const hal::DriveMaster& master() const { return *master_; }
+  const rt::Controller& controller() const { return stack_.controller; }
+  const hal::DriveMaster& master() const { return *stack_.master; }
   PlantDisplacements displacements() const { return drives_.displacements(); }
   PlantEfforts efforts() const { return body_.efforts(); }  ///< of the body's last time step
 
@@ -67,7 +67,7 @@ class VirtualRig {
 
   // What a scenario may do to it.
   PlantDrives& drives() { return drives_; }
-  rt::Requests& requests() { return channels_->requests; }
+  rt::Requests& requests() { return stack_.channels->requests; }
   hal::VirtualEndpoint& controller_plug() { return controller_bus_; }
   hal::VirtualEndpoint& plant_plug() { return plant_bus_; }
   void stall_model(bool stalled) { model_stalled_ = stalled; }
@@ -103,13 +103,10 @@ class VirtualRig {
   VirtualSettings settings_;
   std::int64_t now_ns_;
   std::unique_ptr<Robot> robot_;
-  std::unique_ptr<Channels> channels_;
   hal::VirtualBus medium_;
   hal::VirtualEndpoint& controller_bus_;
   hal::VirtualEndpoint& plant_bus_;
-  std::unique_ptr<hal::DriveMaster> master_;
-  rt::Controller controller_;
-  rt::ControlLoop loop_;
+  ControlStack stack_;
   ModelRefresher refresher_;
   PlantBody body_;
   PlantDrives drives_;

@@ -1,5 +1,6 @@
 #include "hal/sensor/sensor.h"
 
+#include <cstdio>
 #include <set>
 #include <stdexcept>
 
@@ -49,6 +50,12 @@ void check(const std::vector<SensorConfig>& sensors) {
     throw std::invalid_argument("there must be at most " + std::to_string(kMaxSensors) + " sensors with " +
                                 std::to_string(kMaxSensorSignals) + " signals, not " +
                                 std::to_string(sensors.size()) + " with " + std::to_string(signals));
+}
+
+std::string describe_loss(const SensorConfig& sensor) {
+  char limit[32];
+  std::snprintf(limit, sizeof limit, "%g ms", 1e-6 * static_cast<double>(sensor.timeout_ns));
+  return "sensor '" + sensor.name + "': no sample younger than " + limit;
 }
 
 std::optional<Frame> encode_sample(const SensorConfig& sensor, std::span<const double> values,

@@ -43,6 +43,9 @@ struct SensorReadings {
 /// Real-time: no.
 void check(const std::vector<SensorConfig>& sensors);
 
+/// "sensor 'camera': no sample younger than 100 ms". Real-time: no (allocates).
+std::string describe_loss(const SensorConfig& sensor);
+
 /// A sample as its sensor sends it.
 /// @param values  one a signal, in SI units
 /// @return nothing where one of them or the age does not fit: no sample is better than a clipped one

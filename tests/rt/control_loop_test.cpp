@@ -75,24 +75,19 @@ ControllerConfig patient() {
 }
 
 struct Loop {
-  TripleBuffer<Snapshot> snapshots;
-  TripleBuffer<Target> targets;
-  TripleBuffer<Feedback> feedback;
-  Requests requests;
-  TraceRing trace;
-  Progress progress;
+  Channels channels;
   hal::VirtualBus medium;
   hal::VirtualEndpoint& bus = medium.attach("controller");
   hal::VirtualEndpoint& peer = medium.attach("peer");
   ObedientDrives drives;
   Controller controller{patient()};
-  ControlLoop loop{bus, drives, controller, snapshots, targets, feedback, requests};
+  ControlLoop loop{bus, drives, controller, channels};
 
   void publish(std::int64_t now_ns, double goal) {
-    testing::fill_snapshot(snapshots.back(), now_ns);
-    snapshots.publish();
-    targets.back() = testing::still(goal, now_ns);
-    targets.publish();
+    testing::fill_snapshot(channels.snapshots.back(), now_ns);
+    channels.snapshots.publish();
+    channels.targets.back() = testing::still(goal, now_ns);
+    channels.targets.publish();
   }
 };
 
@@ -105,7 +100,7 @@ TEST_CASE("A cycle reads what has arrived, writes its frames in order, feeds bac
   for (int k = 0; k < 20; ++k) {
     now_ns += kMillisecond;
     rig->publish(now_ns, 0.005);
-    rig->loop.cycle(now_ns, now_ns, 0);
+    rig->loop.cycle({now_ns, now_ns});
   }
   CHECK(rig->drives.received == 2);
   CHECK(rig->drives.last_arrival_ns == 1000 * kMillisecond);
@@ -117,7 +112,7 @@ TEST_CASE("A cycle reads what has arrived, writes its frames in order, feeds bac
 
   rig->medium.set_time(now_ns);
   rig->peer.send({.id = 0x701, .length = 1});
-  const TraceRecord& record = rig->loop.cycle(now_ns + kMillisecond, now_ns + kMillisecond, 0);
+  const TraceRecord& record = rig->loop.cycle({now_ns + kMillisecond, now_ns + kMillisecond});
   CHECK(record.bus_bits == 65 + 115 + 55);  // the heartbeat, a frame with 6 bytes, SYNC
   CHECK(record.phase == Phase::kRunning);
   CHECK(record.intended_ns == now_ns + kMillisecond);
@@ -125,7 +120,7 @@ TEST_CASE("A cycle reads what has arrived, writes its frames in order, feeds bac
   CHECK(record.snapshot_age_ns == kMillisecond);
   CHECK(record.desired[0] == 0.005);
   CHECK(record.p_e[0] == Approx(0.005).margin(1e-9));
-  const Feedback& feedback = rig->feedback.latest();
+  const Feedback& feedback = rig->channels.feedback.latest();
   CHECK(feedback.efforts_known);
   CHECK(feedback.lambda[0] == Approx(0.005 / testing::kCoupling));
   CHECK(feedback.delta_a[0] == Approx(record.measured[0]));
@@ -137,19 +132,19 @@ TEST_CASE("The loop on the clock counts every deadline, traces every cycle and m
   rig->drives.stall = std::chrono::milliseconds(9);  // four periods and a half
   rig->publish(now_ns(), 0.005);
   PeriodicClock clock(500);
-  std::thread control([&] { rig->loop.run(clock, rig->trace, *counts, rig->progress); });
+  std::thread control([&] { rig->loop.run(clock, *counts); });
   TraceRecord record;
   std::vector<TraceRecord> records;
   while (records.size() < 300) {
     rig->publish(now_ns(), 0.005 + 1e-5 * static_cast<double>(records.size() % 100));
-    while (rig->trace.pop(record)) records.push_back(record);
+    while (rig->channels.trace.pop(record)) records.push_back(record);
     std::this_thread::yield();
   }
-  rig->requests.stop = true;
+  rig->channels.requests.stop = true;
   control.join();
-  while (rig->trace.pop(record)) records.push_back(record);
+  while (rig->channels.trace.pop(record)) records.push_back(record);
 
-  CHECK(rig->progress.ended);
+  CHECK(rig->channels.progress.ended);
   CHECK(records.back().phase == Phase::kStopped);
   std::int64_t missed = 0;
   bool stalled_writing = false;
@@ -167,7 +162,7 @@ TEST_CASE("The loop on the clock counts every deadline, traces every cycle and m
     stalled_writing |= records[k].cycle_ns - records[k].read_ns - records[k].solve_ns >= 9 * kMillisecond;
   }
   CHECK(stalled_writing);
-  CHECK(rig->trace.dropped() == 0);
+  CHECK(rig->channels.trace.dropped() == 0);
   CHECK(missed >= 4);
   CHECK(counts->late_cycles == missed);
   CHECK(records.back().cycles == counts->cycles);
@@ -189,16 +184,16 @@ TEST_CASE("Heap calls and page faults of the loop show in the cycle that made th
   rig->drives.waste_at = 50;
   rig->publish(now_ns(), 0.005);
   PeriodicClock clock(1000);
-  std::thread control([&] { rig->loop.run(clock, rig->trace, *counts, rig->progress); });
+  std::thread control([&] { rig->loop.run(clock, *counts); });
   TraceRecord record;
   std::vector<TraceRecord> records;
   while (records.size() < 100) {
-    while (rig->trace.pop(record)) records.push_back(record);
+    while (rig->channels.trace.pop(record)) records.push_back(record);
     std::this_thread::yield();
   }
-  rig->requests.stop = true;
+  rig->channels.requests.stop = true;
   control.join();
-  REQUIRE(rig->trace.dropped() == 0);
+  REQUIRE(rig->channels.trace.dropped() == 0);
   if (HeapGuard::available()) {
     CHECK(records[48].heap_calls == 0);
     CHECK(records[49].heap_calls >= 1);
@@ -212,15 +207,15 @@ TEST_CASE("The loop ends when asked, even where nobody reads the trace", "[rt]")
   const auto rig = std::make_unique<Loop>();
   const auto counts = std::make_unique<LoopCounts>();
   TraceRecord record;
-  while (rig->trace.push(record)) {
+  while (rig->channels.trace.push(record)) {
   }
   rig->publish(now_ns(), 0.005);
-  rig->requests.stop = true;
+  rig->channels.requests.stop = true;
   PeriodicClock clock(1000);
-  std::thread control([&] { rig->loop.run(clock, rig->trace, *counts, rig->progress); });
+  std::thread control([&] { rig->loop.run(clock, *counts); });
   control.join();
-  CHECK(rig->progress.ended);
-  CHECK(rig->trace.dropped() > 1);
+  CHECK(rig->channels.progress.ended);
+  CHECK(rig->channels.trace.dropped() > 1);
 }
 
 }  // namespace tendril::rt::control_loop_test

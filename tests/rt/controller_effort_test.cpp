@@ -55,7 +55,7 @@ TEST_CASE("While drives are enabled the efforts are those at which the model res
     const Decision& decision = enabling(measured);
     CHECK(decision.command.effort[0] == Approx(expected));
     CHECK(decision.command.position[0] == Approx(kCompliance * expected + kFree).margin(1e-12));
-    CHECK(decision.lambda_acts);  // the model stays with the efforts, too
+    CHECK(decision.efforts_active);  // the model stays with the efforts, too
   }
   rig.cycle.now_ns += testing::kMillisecond;
   testing::fill_snapshot(*rig.snapshot, rig.cycle.now_ns);
@@ -78,7 +78,7 @@ TEST_CASE("Only the model of a robot that follows efforts is led by them before 
     for (Phase phase = Phase::kConnecting; phase <= Phase::kEnabling;) {
       const Decision& decision = rig.step();
       phase = decision.phase;
-      CHECK(decision.lambda_acts == (phase >= (follows ? Phase::kEnabling : Phase::kRunning)));
+      CHECK(decision.efforts_active == (phase >= (follows ? Phase::kEnabling : Phase::kRunning)));
     }
   }
 }

@@ -442,7 +442,7 @@ TEST_CASE("A step of the largest robot makes no heap call in any phase", "[rt]")
   measurement.axes = m;
   measurement.all_known = measurement.all_enabled = true;
 
-  Cycle cycle;
+  CycleInput cycle;
   cycle.now_ns = kMillisecond;
   int phases = 0, iterations = 0;
   const HeapGuard heap;

@@ -56,7 +56,7 @@ struct Rig {
   std::unique_ptr<Snapshot> snapshot = std::make_unique<Snapshot>();
   Target target = still(0.02, 0);
   hal::Measurement measurement;
-  Cycle cycle;
+  CycleInput cycle;
 
   Rig() : Rig(one_cable()) {}
   explicit Rig(const ControllerConfig& c) : config(c), controller(c) {

@@ -293,7 +293,7 @@ TEST_CASE("The summary names the reason of a stop, then every fault with its cyc
   RunFacts facts;
   facts.model_refreshes = 30;
   facts.iteration_cap = 64;
-  facts.model_seconds = 0.5;
+  facts.model_rate_hz = 60;
   facts.stop_reason = "axis 'north': heartbeat lost";
   const nlohmann::json summary = run.finish(facts);
   CHECK(summary.at("faults") ==

@@ -68,9 +68,4 @@ TEST_CASE("A sensor that is silent before the drives follow is lost when they do
   CHECK(run.watch.losses()[0].stale_s() == Approx(0.01));
 }
 
-TEST_CASE("A loss is told with the sensor's name and limit", "[unit]") {
-  CHECK(loss({.name = "camera", .timeout_ns = 2'500'000}) ==
-        "sensor 'camera': no sample younger than 2.5 ms");
-}
-
 }  // namespace tendril::app::sensor_watch_test

@@ -64,7 +64,7 @@ TEST_CASE("A jog ends on SIGINT with the axis at rest and disabled", "[scenario]
   BusListener listener(bench.bus(), {1, 2});
   // It would take minutes to arrive.
   Process jog(bench.jog("right", {"--by", "5 mm", "--speed", "0.02 mm/s", "--lag", kPatientLag}));
-  REQUIRE(jog.says("move"));
+  REQUIRE(jog.says("run "));
   jog.send(SIGINT);
   const auto code = jog.wait();
   INFO(jog.err() << jog.out());

@@ -37,15 +37,22 @@ struct Drive {
   bool blocked = false;
 };
 
+/// One cycle of a jog, which needs neither snapshot nor target.
+const rt::Decision& step(Jog& jog, const Drive& drive, bool stop = false) {
+  return jog.step(drive.measurement, nullptr, nullptr, {.stop_requested = stop});
+}
+
 /// Commands of every cycle until the jog is done.
 std::vector<double> run(Jog& jog, Drive& drive, double stop_at_s = 1e9) {
   std::vector<double> commands;
-  for (int k = 0; k < 100'000 && jog.phase() != Jog::Phase::kDone; ++k) {
-    const hal::Command& command = jog.step(drive.measurement, k * kPeriod >= stop_at_s);
-    commands.push_back(command.position[0]);
-    drive.follow(command);
+  rt::Phase phase = rt::Phase::kConnecting;
+  for (int k = 0; k < 100'000 && phase != rt::Phase::kStopped; ++k) {
+    const rt::Decision& decision = step(jog, drive, k * kPeriod >= stop_at_s);
+    phase = decision.phase;
+    commands.push_back(decision.command.position[0]);
+    drive.follow(decision.command);
   }
-  REQUIRE(jog.phase() == Jog::Phase::kDone);
+  REQUIRE(phase == rt::Phase::kStopped);
   return commands;
 }
 
@@ -84,7 +91,7 @@ TEST_CASE("A goal outside the limits is refused before the drive is enabled", "[
   Jog jog(two_millimetres());
   Drive drive(3.5e-3);
   for (int k = 0; k < 10; ++k) {
-    const hal::Command& command = jog.step(drive.measurement, false);
+    const hal::Command& command = step(jog, drive).command;
     CHECK_FALSE(command.enable);
     drive.follow(command);
   }
@@ -112,10 +119,10 @@ TEST_CASE("An axis that does not move is let go as soon as it lags too far behin
 TEST_CASE("An axis whose position is not a number is let go", "[unit]") {
   Jog jog(two_millimetres());
   Drive drive(0);
-  for (int k = 0; k < 100; ++k) drive.follow(jog.step(drive.measurement, false));
-  REQUIRE(jog.phase() == Jog::Phase::kMoving);
+  for (int k = 0; k < 100; ++k) drive.follow(step(jog, drive).command);
+  REQUIRE(step(jog, drive).phase == rt::Phase::kRunning);
   drive.measurement.position[0] = std::nan("");
-  CHECK_FALSE(jog.step(drive.measurement, false).enable);
+  CHECK_FALSE(step(jog, drive).command.enable);
   CHECK(jog.ending() == Jog::Ending::kStrayed);
 }
 
@@ -131,13 +138,13 @@ TEST_CASE("A jog that is stopped on its way comes to a halt and ends there", "[u
 TEST_CASE("A drive's fault ends a jog, and is kept, with the cause that is told afterwards", "[unit]") {
   Jog jog(two_millimetres());
   Drive drive(0);
-  for (int k = 0; k < 100; ++k) drive.follow(jog.step(drive.measurement, false));
+  for (int k = 0; k < 100; ++k) drive.follow(step(jog, drive).command);
   drive.measurement.fault = {.kind = hal::FaultKind::kDriveFault, .axis = 0, .code = 0x2310};
-  CHECK_FALSE(jog.step(drive.measurement, false).enable);
+  CHECK_FALSE(step(jog, drive).command.enable);
   CHECK(jog.ending() == Jog::Ending::kDriveFault);
   CHECK(jog.drive_fault().code == 0x2310);
   drive.measurement.fault.code = 0x2320;
-  jog.step(drive.measurement, false);
+  step(jog, drive);
   CHECK(jog.drive_fault().code == 0x2320);
 }
 

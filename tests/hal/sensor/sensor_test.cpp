@@ -207,4 +207,9 @@ TEST_CASE("Listening to sensors makes no heap call", "[rt]") {
 
 #endif
 
+TEST_CASE("A loss is described with the sensor's name and limit", "[unit]") {
+  CHECK(describe_loss({.name = "camera", .timeout_ns = 2'500'000}) ==
+        "sensor 'camera': no sample younger than 2.5 ms");
+}
+
 }  // namespace tendril::hal::sensor_test

@@ -1,0 +1,102 @@
+#include "app/daemon/housekeeping.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <utility>
+
+#include "app/program/stop_signal.h"
+#include "rt/periodic_clock.h"
+
+namespace tendril::app {
+namespace {
+
+constexpr std::int64_t kStatusInterval_ns = 1'000'000'000;
+
+}  // namespace
+
+Housekeeping::Housekeeping(const Config& config, const DaemonOptions& options, rt::Channels& channels,
+                           const ModelThread& model, const hal::DriveMaster& master, rt::EffectorVector rest,
+                           RunRecorder* recorder, ServiceManager& service)
+    : config_(config),
+      options_(options),
+      channels_(channels),
+      model_(model),
+      rest_(std::move(rest)),
+      recorder_(recorder),
+      service_(service),
+      log_(config, master),
+      status_(config, rt::now_ns()),
+      status_due_ns_(rt::now_ns() + kStatusInterval_ns) {}
+
+void Housekeeping::run_once() {
+  const std::int64_t now_ns = rt::now_ns();
+  begin_run();
+  send_target(now_ns);
+  pass_on_stop(now_ns);
+  drain();
+  log_.log_identities();
+  inform_service_manager(now_ns);
+  print_progress(now_ns);
+}
+
+/// Once the drives follow commands.
+void Housekeeping::begin_run() {
+  if (!channels_.run_starts.fresh()) return;
+  const rt::RunStart& start = channels_.run_starts.latest();
+  running_since_ns_ = start.stamp_ns;
+  if (config_.motion) motion_.emplace(config_, rest_, start.p_e, start.stamp_ns);
+  service_.ready();
+}
+
+void Housekeeping::send_target(std::int64_t now_ns) {
+  if (!motion_) return;
+  channels_.targets.back() = motion_->at(now_ns);
+  channels_.targets.publish();
+}
+
+double Housekeeping::running_s(std::int64_t now_ns) const {
+  return running_since_ns_ > 0 ? 1e-9 * static_cast<double>(now_ns - running_since_ns_) : 0;
+}
+
+void Housekeeping::pass_on_stop(std::int64_t now_ns) {
+  const bool time_is_up = options_.duration_s > 0 && running_s(now_ns) > options_.duration_s;
+  if (stop_signalled() || time_is_up) channels_.requests.stop = true;
+  if (stopping_ || channels_.progress.phase.load(std::memory_order_acquire) < rt::Phase::kStopping) return;
+  stopping_ = true;
+  service_.stopping();
+}
+
+void Housekeeping::drain() {
+  rt::TraceRecord record;
+  while (channels_.trace.pop(record)) {
+    begin_run();  // the start of a run is there before its first record
+    log_.add(record);
+    status_.add(record);
+    if (recorder_) recorder_->add(record, motion_ ? &*motion_ : nullptr);
+  }
+}
+
+void Housekeeping::inform_service_manager(std::int64_t now_ns) {
+  service_.feed_watchdog(now_ns, status_.last().cycles);
+  if (now_ns < status_due_ns_) return;
+  status_due_ns_ = now_ns + kStatusInterval_ns;
+  service_.status(status_.service_line(now_ns, model_.refreshes(), log_.sensor_losses()));
+  log_.log_stalls();
+}
+
+void Housekeeping::print_progress(std::int64_t now_ns) {
+  if (now_ns < progress_due_ns_) return;
+  progress_due_ns_ = now_ns + kStatusInterval_ns;
+  // Whoever reads our output may have stopped reading; the robot does not wait for them.
+  pollfd output{STDOUT_FILENO, POLLOUT, 0};
+  if (poll(&output, 1, 0) != 1 || (output.revents & POLLOUT) == 0) return;
+  fmt::print("{}\n",
+             status_.terminal_line(running_s(now_ns), recorder_ ? recorder_->last_error_mm() : std::nullopt,
+                                   model_.mean_rate_hz()));
+  std::fflush(stdout);
+}
+
+}  // namespace tendril::app

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "app/config/config.h"
+#include "app/daemon/daemon.h"
+#include "app/daemon/run_log.h"
+#include "app/daemon/run_recorder.h"
+#include "app/daemon/run_status.h"
+#include "app/daemon/service_manager.h"
+#include "app/robot/model_thread.h"
+#include "app/robot/motion.h"
+#include "hal/drive/drives.h"
+#include "rt/channels.h"
+
+namespace tendril::app {
+
+/// What the main thread does while the control thread runs: sends targets, passes on requests to stop, drains
+/// the trace, informs people and the service manager. Real-time: no, for all of it (allocates, may block).
+class Housekeeping {
+ public:
+  /// Keeps references.
+  /// @param rest      where effectors that do not move stay, e, m or m³
+  /// @param recorder  nullptr: nobody wants a record
+  Housekeeping(const Config& config, const DaemonOptions& options, rt::Channels& channels,
+               const ModelThread& model, const hal::DriveMaster& master, rt::EffectorVector rest,
+               RunRecorder* recorder, ServiceManager& service);
+
+  /// One round. What the control thread waits for comes first, what may take its time last.
+  void run_once();
+
+  /// Takes what is left in the channels, once the control thread has ended.
+  void drain();
+
+ private:
+  void begin_run();
+  void send_target(std::int64_t now_ns);
+  void pass_on_stop(std::int64_t now_ns);
+  void inform_service_manager(std::int64_t now_ns);
+  void print_progress(std::int64_t now_ns);
+  double running_s(std::int64_t now_ns) const;
+
+  const Config& config_;
+  const DaemonOptions& options_;
+  rt::Channels& channels_;
+  const ModelThread& model_;
+  rt::EffectorVector rest_;
+  RunRecorder* recorder_;
+  ServiceManager& service_;
+  RunLog log_;
+  RunStatus status_;
+  std::optional<Motion> motion_;
+  bool stopping_ = false;  // the service manager knows
+  std::int64_t running_since_ns_ = 0, status_due_ns_, progress_due_ns_ = 0;
+};
+
+}  // namespace tendril::app

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "app/config/config.h"
+#include "hal/bus/bus.h"
+#include "hal/drive/drives.h"
+#include "rt/channels.h"
+#include "rt/control_loop.h"
+#include "rt/controller.h"
+
+namespace tendril::app {
+
+/// The control side of a robot, wired: drives, controller, loop and the channels to the other threads. The
+/// same for the daemon, for measurements and in virtual time; they differ in the bus and in who calls the
+/// loop.
+struct ControlStack {
+  /// @param law    limits of the controller
+  /// @param drives  master of the drives on that bus
+  /// @param bus    kept by reference
+  /// Real-time: no (allocates).
+  ControlStack(const rt::ControllerConfig& law, std::unique_ptr<hal::DriveMaster> drives, hal::Bus& bus);
+
+  /// Why the controller stopped, in a sentence for people; empty where it was asked to, or did not.
+  /// @param config  of the robot
+  /// Real-time: no (allocates).
+  std::string stop_reason(const Config& config) const;
+
+  std::unique_ptr<hal::DriveMaster> master;
+  rt::Controller controller;
+  std::unique_ptr<rt::Channels> channels;
+  rt::ControlLoop loop;
+};
+
+}  // namespace tendril::app

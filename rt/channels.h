@@ -1,0 +1,47 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "rt/control_law.h"
+#include "rt/snapshot.h"
+#include "rt/spsc_ring.h"
+#include "rt/target.h"
+#include "rt/trace_record.h"
+#include "rt/triple_buffer.h"
+
+namespace tendril::rt {
+
+using TraceRing = SpscRing<TraceRecord, 4096>;
+
+/// The first cycle in which the drives follow commands, as the path to follow must begin there.
+struct RunStart {
+  std::int64_t stamp_ns = 0;  ///< its instant
+  EffectorVector p_e;         ///< where the model puts the effectors, e, m or m³
+};
+
+/// Flags by which other threads reach the control thread.
+struct Requests {
+  std::atomic<bool> stop{false};          ///< end the run
+  std::atomic<bool> model_failed{false};  ///< the model thread has given up
+};
+
+/// How far the control thread is.
+struct Progress {
+  std::atomic<Phase> phase{Phase::kConnecting};  ///< of its last cycle
+  std::atomic<bool> ended{false};                ///< the loop is about to return
+};
+
+/// Everything that passes between the threads of the daemon. Each channel has one writer and one reader;
+/// feedback is the only one that runs back.
+struct Channels {
+  TripleBuffer<Snapshot> snapshots;   ///< model thread ▶ control thread, latest
+  TripleBuffer<Target> targets;       ///< main thread ▶ control thread, latest
+  TripleBuffer<Feedback> feedback;    ///< control thread ▶ model thread, latest
+  TripleBuffer<RunStart> run_starts;  ///< control thread ▶ main thread, latest
+  TraceRing trace;                    ///< control thread ▶ main thread, every one that finds room
+  Requests requests;                  ///< main and model thread ▶ control thread
+  Progress progress;                  ///< control thread ▶ main thread
+};
+
+}  // namespace tendril::rt

@@ -1,0 +1,12 @@
+#include "rt/control_law.h"
+
+#include <cstddef>
+
+namespace tendril::rt {
+
+const char* name(Phase phase) noexcept {
+  static constexpr const char* kNames[] = {"connect", "model", "enable", "run", "stop", "disable", "stopped"};
+  return kNames[static_cast<std::size_t>(phase)];
+}
+
+}  // namespace tendril::rt

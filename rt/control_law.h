@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+
+#include "hal/drive/drives.h"
+#include "qp/solver.h"
+#include "rt/faults.h"
+#include "rt/snapshot.h"
+#include "rt/target.h"
+
+namespace tendril::rt {
+
+/// Where a run stands. Each phase leads to the next or to kStopping.
+enum class Phase : std::uint8_t {
+  kConnecting,  ///< until every drive has told its position, and every required sensor is fresh
+  kModelling,   ///< until the model rests at the measured lengths and has published a snapshot
+  kEnabling,    ///< until every drive follows its command; they hold where they are
+  kRunning,
+  kStopping,   ///< the ramp of StopAction
+  kDisabling,  ///< until no drive holds torque and all are told the end
+  kStopped,
+};
+
+/// "connect", "model", "enable", "run", "stop", "disable", "stopped". Real-time: wait-free.
+const char* name(Phase phase) noexcept;
+
+/// What one cycle is told beside measurement, snapshot and target.
+struct CycleInput {
+  std::int64_t now_ns = 0;     ///< the instant the cycle is for: its intended wake-up
+  std::int64_t wakeup_ns = 0;  ///< how much later it began: by so much snapshot and target are older
+  /// Cycles before this one that ended late, in a row. A long stall is one cycle: it is left to the drives,
+  /// which watch our heartbeat.
+  int late_in_a_row = 0;
+  bool stop_requested = false;  ///< the operator wants the run to end
+  bool model_failed = false;    ///< the model thread has given up
+};
+
+/// What one cycle came to.
+struct Decision {
+  Phase phase = Phase::kConnecting;
+  hal::Command command;         ///< to the drives
+  FaultSet faults;              ///< present in this cycle
+  ActuatorVector lambda;        ///< efforts the command stands for, m, N or Pa
+  bool efforts_active = false;  ///< drives may exert lambda already, so that the model is to follow it
+  EffectorVector desired;       ///< target served, e, m or m³
+  EffectorVector p_e;           ///< where the model puts the effectors under lambda, e, m or m³
+  bool qp_solved = false;       ///< whether a QP was posed in this cycle
+  qp::Status qp_status = qp::Status::kOptimal;
+  int qp_iterations = 0;
+  std::int64_t snapshot_age_ns = 0;
+};
+
+/// What decides in each cycle of the control loop: from what is measured, known and wanted to what the drives
+/// shall do.
+class ControlLaw {
+ public:
+  virtual ~ControlLaw() = default;
+
+  /// One cycle.
+  /// @param snapshot  nullptr until there is one
+  /// @param target    nullptr until there is one
+  /// @return  valid until the next call; phase kStopped ends the run
+  /// Real-time: bounded; allocates nothing, takes no lock.
+  virtual const Decision& step(const hal::Measurement& measurement, const Snapshot* snapshot,
+                               const Target* target, const CycleInput& cycle) noexcept = 0;
+};
+
+}  // namespace tendril::rt
