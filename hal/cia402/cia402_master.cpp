@@ -33,6 +33,7 @@ std::string object_text(uint32_t object) {
 Cia402Master::Cia402Master(MasterConfig config)
     : config_(checked_canopen(std::move(config))),
       master_node_(cia402_settings(config_).master_node),
+      axis_table_(config_.axes, received_cia402_ids),
       supervisor_(config_) {
   axes_.reserve(config_.axes.size());
   for (const AxisConfig& axis : config_.axes) axes_.emplace_back(axis, config_);
@@ -41,15 +42,14 @@ Cia402Master::Cia402Master(MasterConfig config)
 std::vector<uint32_t> Cia402Master::identifiers() const {
   std::vector<uint32_t> ids = supervisor_.identifiers();
   for (const AxisConfig& axis : config_.axes)
-    for (const uint32_t base : {kEmergencyBase, kSdoAnswerBase, kHeartbeatBase})
-      ids.push_back(base + static_cast<uint32_t>(axis.node));
-  for (const AxisConfig& axis : config_.axes) ids.push_back(tpdo_cob_id(axis));
+    for (const uint32_t id : received_cia402_ids(axis)) ids.push_back(id);
   return ids;
 }
 
 void Cia402Master::receive(const Frame& frame, int64_t arrival_ns) noexcept {
   if (supervisor_.receive_sensor(frame, arrival_ns)) return;
-  for (Cia402Axis& axis : axes_) axis.receive(frame, arrival_ns);
+  const int axis = axis_table_.find(frame);
+  if (axis != AxisTable::kNoAxis) axes_[axis].receive(frame, arrival_ns);
 }
 
 const Measurement& Cia402Master::measure(BusHealth health, int64_t now_ns) noexcept {

@@ -7,6 +7,7 @@
 
 #include "hal/cia402/cia402_axis.h"
 #include "hal/cia402/cia402_settings.h"
+#include "hal/drive/axis_table.h"
 #include "hal/drive/drives.h"
 #include "hal/drive/supervisor.h"
 
@@ -43,6 +44,7 @@ class Cia402Master final : public DriveMaster {
   MasterConfig config_;
   int master_node_;
   std::vector<Cia402Axis> axes_;
+  AxisTable axis_table_;
   Supervisor supervisor_;
   int64_t next_heartbeat_ns_ = 0;
   int64_t synced_ns_ = 0;                                 // when the last SYNC went out

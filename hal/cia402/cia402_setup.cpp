@@ -193,6 +193,11 @@ uint32_t tpdo_cob_id(const AxisConfig& axis) noexcept {
                                             : 0x100 * cia402_settings(axis).pdo + 0x80 + axis.node;
 }
 
+std::array<uint32_t, 4> received_cia402_ids(const AxisConfig& axis) noexcept {
+  const auto node = static_cast<uint32_t>(axis.node);
+  return {kEmergencyBase + node, kSdoAnswerBase + node, kHeartbeatBase + node, tpdo_cob_id(axis)};
+}
+
 void check_cia402(const MasterConfig& config) {
   const Cia402BusSettings& bus = cia402_settings(config);
   if (bus.master_node < 1 || bus.master_node > 127) refuse_bus("master_node", "a node id from 1 to 127");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,6 +17,9 @@ namespace tendril::hal {
 /// The COB-IDs in force. Real-time: yes.
 uint32_t rpdo_cob_id(const AxisConfig& axis) noexcept;
 uint32_t tpdo_cob_id(const AxisConfig& axis) noexcept;
+
+/// The identifiers of the frames that a drive sends: EMCY, SDO answer, heartbeat, TPDO. Real-time: yes.
+std::array<uint32_t, 4> received_cia402_ids(const AxisConfig& axis) noexcept;
 
 /// Checks ranges, and that no two senders share an identifier.
 /// @throws std::invalid_argument with a sentence that names the axis and what is expected

@@ -73,8 +73,15 @@ std::vector<PeriodicFrames> odrive_frames(const MasterConfig& config) {
           {.length = 8, .rate_hz = rate_hz(config.heartbeat_ns), .count = axes}};
 }
 
+std::array<uint32_t, 2> received_odrive_ids(const AxisConfig& axis) noexcept {
+  return {odrive_id(axis.node, OdriveMessage::kHeartbeat),
+          odrive_id(axis.node, OdriveMessage::kEncoderEstimates)};
+}
+
 OdriveMaster::OdriveMaster(MasterConfig config)
-    : config_(checked_odrive(std::move(config))), supervisor_(config_) {
+    : config_(checked_odrive(std::move(config))),
+      axis_table_(config_.axes, received_odrive_ids),
+      supervisor_(config_) {
   axes_.reserve(config_.axes.size());
   for (const AxisConfig& axis : config_.axes) axes_.emplace_back(axis, config_);
 }
@@ -82,14 +89,14 @@ OdriveMaster::OdriveMaster(MasterConfig config)
 std::vector<uint32_t> OdriveMaster::identifiers() const {
   std::vector<uint32_t> ids = supervisor_.identifiers();
   for (const AxisConfig& axis : config_.axes)
-    for (const OdriveMessage message : {OdriveMessage::kHeartbeat, OdriveMessage::kEncoderEstimates})
-      ids.push_back(odrive_id(axis.node, message));
+    for (const uint32_t id : received_odrive_ids(axis)) ids.push_back(id);
   return ids;
 }
 
 void OdriveMaster::receive(const Frame& frame, int64_t arrival_ns) noexcept {
   if (supervisor_.receive_sensor(frame, arrival_ns)) return;
-  for (OdriveAxis& axis : axes_) axis.receive(frame, arrival_ns);
+  const int axis = axis_table_.find(frame);
+  if (axis != AxisTable::kNoAxis) axes_[axis].receive(frame, arrival_ns);
 }
 
 const Measurement& OdriveMaster::measure(BusHealth health, int64_t now_ns) noexcept {

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
 #include "hal/bus/bus_budget.h"
+#include "hal/drive/axis_table.h"
 #include "hal/drive/supervisor.h"
 #include "hal/odrive/odrive_axis.h"
 
@@ -17,6 +19,10 @@ void check_odrive(const MasterConfig& config);
 /// The frames of a running robot, for the bus budget: inputs, estimates, heartbeats; without the sensors'.
 /// Real-time: no (allocates).
 std::vector<PeriodicFrames> odrive_frames(const MasterConfig& config);
+
+/// The identifiers of the frames that are received from an axis: heartbeat, encoder estimates. Real-time:
+/// yes.
+std::array<uint32_t, 2> received_odrive_ids(const AxisConfig& axis) noexcept;
 
 /// The controller's side of ODrive axes over CANSimple, all axes of a robot.
 ///
@@ -40,6 +46,7 @@ class OdriveMaster final : public DriveMaster {
  private:
   MasterConfig config_;
   std::vector<OdriveAxis> axes_;
+  AxisTable axis_table_;
   Supervisor supervisor_;
 };
 
