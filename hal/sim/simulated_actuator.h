@@ -4,7 +4,7 @@
 #include <limits>
 #include <optional>
 
-#include "hal/sim/servo.h"
+#include "hal/sim/simulated_servo.h"
 
 namespace tendril::hal {
 

@@ -12,7 +12,7 @@ namespace tendril::hal {
 
 /// The object dictionary of a simulated servo drive: types, access rights, ranges and values, and the part of
 /// the SDO server that follows from them. It knows nothing of what the values do.
-class DriveObjects {
+class SimulatedObjectDictionary {
  public:
   /// One name for each entry, in the order of the table in the source.
   enum Slot : int {
@@ -95,8 +95,8 @@ class DriveObjects {
   ///                          are on; 0: it is empty and off
   /// @param target            as it is mapped
   /// Real-time: yes.
-  DriveObjects(int node, int pdo, uint32_t rpdo_id = 0, uint32_t tpdo_id = 0,
-               uint32_t target = kMapTargetPosition) noexcept;
+  SimulatedObjectDictionary(int node, int pdo, uint32_t rpdo_id = 0, uint32_t tpdo_id = 0,
+                            uint32_t target = kMapTargetPosition) noexcept;
 
   /// Gives all entries, or those below 2000 (the communication profile) except the errors, their power-on
   /// values. Real-time: yes.
@@ -148,6 +148,6 @@ class DriveObjects {
 
 /// The object dictionary as an electronic data sheet (EDS) for configuration tools. [CiA 306]
 /// Real-time: no (allocates).
-std::string drive_eds();
+std::string simulated_drive_eds();
 
 }  // namespace tendril::hal

@@ -1,4 +1,4 @@
-#include "hal/odrive/odrive_drive.h"
+#include "hal/odrive/simulated_odrive_drive.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,19 +11,19 @@ constexpr float kRoom_C = 25, kHot_C = 121;  // a power stage gives up above 120
 
 }  // namespace
 
-OdriveDrive::OdriveDrive(const OdriveSpec& spec) noexcept
+SimulatedOdriveDrive::SimulatedOdriveDrive(const SimulatedOdriveSpec& spec) noexcept
     : spec_(spec), servo_(spec.top_speed, spec.tuning, spec.position), tells_position_(!spec.late_estimator) {
   input_.position = static_cast<float>(spec.position);
 }
 
-void OdriveDrive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept {
+void SimulatedOdriveDrive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept {
   advance(now_ns, out);
   if (frame.extended || frame.id >> 5 != static_cast<uint32_t>(spec_.node)) return;
   fed_ns_ = now_ns;
   if (const auto message = odrive_message(frame, spec_.node)) obey(*message, frame, out);
 }
 
-void OdriveDrive::obey(OdriveMessage message, const Frame& frame, FrameBatch& out) noexcept {
+void SimulatedOdriveDrive::obey(OdriveMessage message, const Frame& frame, FrameBatch& out) noexcept {
   switch (message) {
     case OdriveMessage::kVersion:
     case OdriveMessage::kHeartbeat:
@@ -62,7 +62,7 @@ void OdriveDrive::obey(OdriveMessage message, const Frame& frame, FrameBatch& ou
 }
 
 /// Answers a question, unless it is one that the firmware does not know.
-void OdriveDrive::tell(OdriveMessage message, FrameBatch& out) const noexcept {
+void SimulatedOdriveDrive::tell(OdriveMessage message, FrameBatch& out) const noexcept {
   const bool recent = spec_.firmware == OdriveFirmware::k0_6;
   const auto turning = static_cast<float>(torque() / spec_.torque_constant);
   const double power = 2 * std::numbers::pi * torque() * servo_.velocity();
@@ -94,7 +94,7 @@ void OdriveDrive::tell(OdriveMessage message, FrameBatch& out) const noexcept {
   }
 }
 
-void OdriveDrive::request_state(uint32_t state) noexcept {
+void SimulatedOdriveDrive::request_state(uint32_t state) noexcept {
   if (state == kOdriveIdle) {
     state_ = kOdriveIdle;
     result_ = kOdriveSuccess;
@@ -113,7 +113,7 @@ void OdriveDrive::request_state(uint32_t state) noexcept {
   }
 }
 
-Frame OdriveDrive::heartbeat() const noexcept {
+Frame SimulatedOdriveDrive::heartbeat() const noexcept {
   return encode_odrive_heartbeat(spec_.node, spec_.firmware,
                                  {.axis_error = error_,
                                   .state = state_,
@@ -122,32 +122,32 @@ Frame OdriveDrive::heartbeat() const noexcept {
 }
 
 /// What the motor exerts against its load, Nm.
-double OdriveDrive::torque() const noexcept {
+double SimulatedOdriveDrive::torque() const noexcept {
   return state_ == kOdriveClosedLoop ? std::clamp(load_, -1.0, 1.0) * spec_.torque_limit : 0;
 }
 
-void OdriveDrive::set_load(double load) noexcept {
+void SimulatedOdriveDrive::set_load(double load) noexcept {
   load_ = load;
   servo_.set_load(load);
 }
 
-Frame OdriveDrive::estimates() const noexcept {
+Frame SimulatedOdriveDrive::estimates() const noexcept {
   if (!tells_position_) return encode_odrive_estimates(spec_.node, {});
   return encode_odrive_estimates(
       spec_.node, {static_cast<float>(told_position()), static_cast<float>(servo_.velocity())});
 }
 
-double OdriveDrive::told_position() const noexcept {
+double SimulatedOdriveDrive::told_position() const noexcept {
   return std::round(servo_.position() * spec_.encoder_counts) / spec_.encoder_counts;
 }
 
-void OdriveDrive::refuse(uint8_t result) noexcept {
+void SimulatedOdriveDrive::refuse(uint8_t result) noexcept {
   disarm();
   result_ = result;
   if (spec_.firmware == OdriveFirmware::k0_5) error_ |= kOdriveInvalidState_0_5;
 }
 
-void OdriveDrive::advance(int64_t now_ns, FrameBatch& out) noexcept {
+void SimulatedOdriveDrive::advance(int64_t now_ns, FrameBatch& out) noexcept {
   if (!started_) fed_ns_ = now_ns;
   started_ = true;
   move(now_ns);
@@ -163,7 +163,7 @@ void OdriveDrive::advance(int64_t now_ns, FrameBatch& out) noexcept {
   }
 }
 
-void OdriveDrive::move(int64_t now_ns) noexcept {
+void SimulatedOdriveDrive::move(int64_t now_ns) noexcept {
   const bool controls = state_ == kOdriveClosedLoop && mode_.input == kOdrivePassthrough;
   if (controls && mode_.control == kOdrivePositionControl) {
     servo_.unlock();
@@ -177,31 +177,31 @@ void OdriveDrive::move(int64_t now_ns) noexcept {
   servo_.advance(now_ns);
 }
 
-PowerStage OdriveDrive::power_stage() const noexcept {
+PowerStage SimulatedOdriveDrive::power_stage() const noexcept {
   if (error_ != 0) return PowerStage::kFault;
   return state_ == kOdriveClosedLoop ? PowerStage::kOn : PowerStage::kOff;
 }
 
-void OdriveDrive::inject_fault(uint32_t error) noexcept {
+void SimulatedOdriveDrive::inject_fault(uint32_t error) noexcept {
   error_ |= error;
   disarm();
 }
 
-void OdriveDrive::overheat() noexcept {
+void SimulatedOdriveDrive::overheat() noexcept {
   inject_fault(spec_.firmware == OdriveFirmware::k0_5 ? kOdriveOverTemperature_0_5
                                                       : kOdriveInverterOverTemperature_0_6);
 }
 
-bool OdriveDrive::too_hot() const noexcept {
+bool SimulatedOdriveDrive::too_hot() const noexcept {
   return spec_.firmware == OdriveFirmware::k0_6 && (error_ & kOdriveInverterOverTemperature_0_6) != 0;
 }
 
-void OdriveDrive::unplug_motor() noexcept {
+void SimulatedOdriveDrive::unplug_motor() noexcept {
   if (spec_.firmware == OdriveFirmware::k0_5) component_errors_ |= 1;
   disarm();
 }
 
-void OdriveDrive::disarm() noexcept {
+void SimulatedOdriveDrive::disarm() noexcept {
   if (state_ == kOdriveClosedLoop) {
     result_ = kOdriveDisarmed;
     disarm_reason_ = error_;

@@ -4,21 +4,21 @@
 
 #include "hal/bus/frame_batch.h"
 #include "hal/odrive/odrive.h"
-#include "hal/sim/servo.h"
 #include "hal/sim/simulated_drive.h"
+#include "hal/sim/simulated_servo.h"
 
 namespace tendril::hal {
 
 inline constexpr double kOdrivePositionGain = 20;  // 1/s, as delivered
 
 /// What a simulated ODrive axis is made of. Durations in ns.
-struct OdriveSpec {
+struct SimulatedOdriveSpec {
   int node = 0;  // 0..63
   OdriveFirmware firmware = OdriveFirmware::k0_6;
   double top_speed = 100;  // rev/s, > 0
   double position = 0;     // where it stands at power-on, rev
   ServoTuning tuning{.position_gain = kOdrivePositionGain};
-  double torque_limit = 1;              // Nm, > 0: Servo's force limit
+  double torque_limit = 1;              // Nm, > 0: SimulatedServo's force limit
   double torque_constant = 8.27 / 270;  // Nm/A: of a motor of 270 rpm/V [the maker's motor guide]
   double supply_voltage = 24;           // V
   int encoder_counts = 8192;            // in a turn, > 0: positions are told in steps of one
@@ -33,18 +33,17 @@ struct OdriveSpec {
 
 /// One simulated ODrive axis in position or torque control with the input passed through.
 ///
-/// It moves as Servo does, with the velocity of the input fed forward; in torque control it pushes with the
-/// input torque. Outside closed-loop control the position stays where it is.
-/// Spoken are the messages of OdriveMessage; other states than idle and closed-loop control, and other modes,
-/// are refused or do not move it. What it tells, a remote frame or one without data asks for; to any other
-/// message a remote frame is one without data, which orders an emergency stop or clears errors as well. It
-/// draws the current that its load takes, and the power that its motion does: losses and inertia are left
-/// out. The watchdog runs in every state. [CANSimple::do_command, Axis::watchdog_check, Controller::update of
-/// firmware 0.5]
-class OdriveDrive {
+/// It moves as SimulatedServo does, with the velocity of the input fed forward; in torque control it pushes
+/// with the input torque. Outside closed-loop control the position stays where it is. Spoken are the messages
+/// of OdriveMessage; other states than idle and closed-loop control, and other modes, are refused or do not
+/// move it. What it tells, a remote frame or one without data asks for; to any other message a remote frame
+/// is one without data, which orders an emergency stop or clears errors as well. It draws the current that
+/// its load takes, and the power that its motion does: losses and inertia are left out. The watchdog runs in
+/// every state. [CANSimple::do_command, Axis::watchdog_check, Controller::update of firmware 0.5]
+class SimulatedOdriveDrive {
  public:
   /// Powers the axis on. Real-time: yes.
-  explicit OdriveDrive(const OdriveSpec& spec) noexcept;
+  explicit SimulatedOdriveDrive(const SimulatedOdriveSpec& spec) noexcept;
 
   /// Takes in a frame at an instant and appends the answers; frames of others are ignored.
   /// @param now_ns  never before an earlier call's
@@ -76,7 +75,7 @@ class OdriveDrive {
   /// Jams its mechanics, or lets them go. Real-time: yes.
   void set_jammed(bool jammed) noexcept { servo_.set_jammed(jammed); }
 
-  /// As Servo. Real-time: yes.
+  /// As SimulatedServo. Real-time: yes.
   void set_load(double load) noexcept;
 
   /// Unplugs the motor: the axis disarms with axis error 0, as firmware 0.5 does (ODrive issue 700).
@@ -96,7 +95,7 @@ class OdriveDrive {
   void disarm() noexcept;
   void move(int64_t now_ns) noexcept;
 
-  OdriveSpec spec_;
+  SimulatedOdriveSpec spec_;
   uint8_t state_ = kOdriveIdle;
   uint32_t error_ = 0;
   uint32_t disarm_reason_ = 0;  // of error_, those that ended closed-loop control
@@ -105,7 +104,7 @@ class OdriveDrive {
   OdriveInput input_;
   float input_torque_ = 0;  // Nm
   double load_ = 0;         // in torque limits
-  Servo servo_;             // in rev
+  SimulatedServo servo_;    // in rev
   bool tells_position_;
 
   bool started_ = false;  // time has begun to pass

@@ -1,4 +1,4 @@
-#include "hal/cia402/drive_objects.h"
+#include "hal/cia402/simulated_object_dictionary.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -30,9 +30,9 @@ constexpr int64_t kAnyU8 = 0xFF, kAnyU16 = 0xFFFF, kAnyU32 = 0xFFFF'FFFF;
 constexpr uint32_t kModes =
     1u << (kModeHoming - 1) | 1u << (kModeCyclicPosition - 1) | 1u << (kModeCyclicTorque - 1);
 
-// In the order of DriveObjects::Slot. 1000 reads: profile 402 (0x192), servo drive (bit 17); of 6502,
-// bit n - 1 stands for mode n.
-constexpr std::array<Entry, DriveObjects::kSlots> kEntries = {{
+// In the order of SimulatedObjectDictionary::Slot. 1000 reads: profile 402 (0x192), servo drive (bit 17); of
+// 6502, bit n - 1 stands for mode n.
+constexpr std::array<Entry, SimulatedObjectDictionary::kSlots> kEntries = {{
     {{0x1000, 0}, "Device type", 4, Right::kRead, 0x0002'0192, 0, kAnyU32},
     {{0x1001, 0}, "Error register", 1, Right::kRead, 0, 0, kAnyU8, Trait::kMappable},
     {{0x1003, 0}, "Error history", 1, Right::kWrite, 0, 0, 0},
@@ -205,7 +205,7 @@ std::string eds_list(const char* section, const std::vector<int>& indices) {
 
 }  // namespace
 
-std::string drive_eds() {
+std::string simulated_drive_eds() {
   std::vector<int> mandatory, optional;
   std::string objects;
   for (size_t i = 0; i < kEntries.size(); ++i) {
@@ -240,17 +240,18 @@ std::string drive_eds() {
          eds_list("OptionalObjects", optional) + eds_list("ManufacturerObjects", {}) + objects;
 }
 
-DriveObjects::DriveObjects(int node, int pdo, uint32_t rpdo_id, uint32_t tpdo_id, uint32_t target) noexcept
+SimulatedObjectDictionary::SimulatedObjectDictionary(int node, int pdo, uint32_t rpdo_id, uint32_t tpdo_id,
+                                                     uint32_t target) noexcept
     : node_(node), pdo_(pdo), rpdo_id_(rpdo_id), tpdo_id_(tpdo_id), target_(target) {
   restore_all();
 }
 
-void DriveObjects::restore_all() noexcept {
+void SimulatedObjectDictionary::restore_all() noexcept {
   for (int i = 0; i < kSlots; ++i) values_[i] = kEntries[i].initial;
   restore_communication();
 }
 
-void DriveObjects::restore_communication() noexcept {
+void SimulatedObjectDictionary::restore_communication() noexcept {
   for (int i = 0; i < kSlots; ++i) {
     const Entry& entry = kEntries[i];
     if (entry.object.index >= 0x2000 || (i >= kErrorRegister && i <= kErrorHistoryLast)) continue;
@@ -270,18 +271,19 @@ void DriveObjects::restore_communication() noexcept {
   restore_pdo(kTpdo, tpdo_id_, kMapStatusword, kMapActualPosition);
 }
 
-int32_t DriveObjects::signed_value(Slot slot) const noexcept {
+int32_t SimulatedObjectDictionary::signed_value(Slot slot) const noexcept {
   return sign_extend(values_[slot], bytes_of(kEntries[slot]));
 }
 
-void DriveObjects::set(Slot slot, uint32_t value) noexcept {
+void SimulatedObjectDictionary::set(Slot slot, uint32_t value) noexcept {
   const int bytes = bytes_of(kEntries[slot]);
   values_[slot] = bytes == 4 ? value : value & ((1u << (8 * bytes)) - 1);
 }
 
-int DriveObjects::bytes(Slot slot) noexcept { return bytes_of(kEntries[slot]); }
+int SimulatedObjectDictionary::bytes(Slot slot) noexcept { return bytes_of(kEntries[slot]); }
 
-DriveObjects::Slot DriveObjects::mapped(uint32_t mapping, bool received) const noexcept {
+SimulatedObjectDictionary::Slot SimulatedObjectDictionary::mapped(uint32_t mapping,
+                                                                  bool received) const noexcept {
   const Slot slot = find({static_cast<uint16_t>(mapping >> 16), static_cast<uint8_t>(mapping >> 8)});
   if (slot == kSlots) return slot;
   const Entry& entry = kEntries[slot];
@@ -290,7 +292,7 @@ DriveObjects::Slot DriveObjects::mapped(uint32_t mapping, bool received) const n
   return fits ? slot : kSlots;
 }
 
-void DriveObjects::remember_error(uint16_t code) noexcept {
+void SimulatedObjectDictionary::remember_error(uint16_t code) noexcept {
   constexpr int kErrors = kErrorHistoryLast - kErrorHistory + 1;
   for (int i = kErrorHistoryLast; i > kErrorHistory; --i) values_[i] = values_[i - 1];
   values_[kErrorHistory] = code;
@@ -298,12 +300,12 @@ void DriveObjects::remember_error(uint16_t code) noexcept {
 }
 
 /// The entries of PDOs are listed as those of the first.
-uint16_t DriveObjects::index_of(Slot slot) const noexcept {
+uint16_t SimulatedObjectDictionary::index_of(Slot slot) const noexcept {
   const uint16_t index = kEntries[slot].object.index;
   return static_cast<uint16_t>(is_pdo(index) ? index + pdo_ - 1 : index);
 }
 
-DriveObjects::Slot DriveObjects::find(ObjectAddress object) const noexcept {
+SimulatedObjectDictionary::Slot SimulatedObjectDictionary::find(ObjectAddress object) const noexcept {
   for (int i = 0; i < kSlots; ++i)
     if (const auto slot = static_cast<Slot>(i);
         index_of(slot) == object.index && kEntries[i].object.sub == object.sub)
@@ -311,13 +313,13 @@ DriveObjects::Slot DriveObjects::find(ObjectAddress object) const noexcept {
   return kSlots;
 }
 
-std::string_view DriveObjects::text(ObjectAddress object) noexcept {
+std::string_view SimulatedObjectDictionary::text(ObjectAddress object) noexcept {
   for (const TextEntry& entry : kTexts)
     if (entry.index == object.index && object.sub == 0) return entry.text;
   return {};
 }
 
-uint32_t DriveObjects::missing(ObjectAddress object) const noexcept {
+uint32_t SimulatedObjectDictionary::missing(ObjectAddress object) const noexcept {
   for (const TextEntry& entry : kTexts)
     if (entry.index == object.index) return code(SdoAbort::kNoSubindex);
   for (int i = 0; i < kSlots; ++i)
@@ -325,13 +327,14 @@ uint32_t DriveObjects::missing(ObjectAddress object) const noexcept {
   return code(SdoAbort::kNoObject);
 }
 
-SdoAnswer DriveObjects::read(ObjectAddress object) const noexcept {
+SdoAnswer SimulatedObjectDictionary::read(ObjectAddress object) const noexcept {
   const Slot slot = find(object);
   if (slot == kSlots) return {SdoAnswer::Kind::kAbort, object, 0, missing(object)};
   return {SdoAnswer::Kind::kValue, object, bytes_of(kEntries[slot]), values_[slot]};
 }
 
-DriveObjects::Access DriveObjects::check_write(const SdoRequest& request) const noexcept {
+SimulatedObjectDictionary::Access SimulatedObjectDictionary::check_write(
+    const SdoRequest& request) const noexcept {
   const Slot slot = find(request.object);
   if (!text(request.object).empty()) return {slot, 0, code(SdoAbort::kReadOnly)};
   if (slot == kSlots) return {slot, 0, missing(request.object)};
@@ -342,7 +345,7 @@ DriveObjects::Access DriveObjects::check_write(const SdoRequest& request) const 
   return {slot, size == 4 ? request.value : request.value & ((1u << (8 * size)) - 1), 0};
 }
 
-uint32_t DriveObjects::check_range(Slot slot, uint32_t value) noexcept {
+uint32_t SimulatedObjectDictionary::check_range(Slot slot, uint32_t value) noexcept {
   const Entry& entry = kEntries[slot];
   const int64_t number = entry.size < 0 ? int64_t{sign_extend(value, bytes(slot))} : int64_t{value};
   if (number >= entry.min && number <= entry.max) return 0;

@@ -35,7 +35,7 @@ struct ServoTuning {
 ///
 /// The loops run on ticks of their own at fixed instants, so that it does not matter how time is cut into
 /// calls.
-class Servo {
+class SimulatedServo {
  public:
   static constexpr std::int64_t kTick_ns = 125'000;
 
@@ -43,7 +43,7 @@ class Servo {
   /// @param top_speed  units/s, > 0
   /// @param position   units
   /// Real-time: yes.
-  Servo(double top_speed, const ServoTuning& tuning, double position) noexcept;
+  SimulatedServo(double top_speed, const ServoTuning& tuning, double position) noexcept;
 
   /// Lets time pass.
   /// @param now_ns  not negative, never before an earlier call's; of more than 5 s at once the first are

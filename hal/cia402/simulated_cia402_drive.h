@@ -5,14 +5,14 @@
 
 #include "hal/bus/frame_batch.h"
 #include "hal/cia402/cia402.h"
-#include "hal/cia402/drive_objects.h"
-#include "hal/sim/servo.h"
+#include "hal/cia402/simulated_object_dictionary.h"
 #include "hal/sim/simulated_drive.h"
+#include "hal/sim/simulated_servo.h"
 
 namespace tendril::hal {
 
 /// What a simulated drive is made of.
-struct DriveSpec {
+struct SimulatedCia402Spec {
   int node = 1;          // 1..127
   int pdo = 1;           // 1..4: which pair of PDOs it has
   uint32_t rpdo_id = 0;  // COB-IDs with which these are mapped and on at power-on; 0: they are not
@@ -25,26 +25,27 @@ struct DriveSpec {
   uint32_t error_window = 0xFFFF'FFFF;        // 6065 at power-on, counts; 0xFFFFFFFF: not watched
   uint32_t rpdo_target = kMapTargetPosition;  // the target in an RPDO that is mapped at power-on
   uint32_t rated_torque_mNm = 1000;           // 6076
-  double torque_limit = 2;                    // > 0, in rated torques: Servo's force limit
+  double torque_limit = 2;                    // > 0, in rated torques: SimulatedServo's force limit
 };
 
 /// One simulated servo drive: a CANopen slave with the CiA 402 profile, in cyclic synchronous position mode,
 /// cyclic synchronous torque mode and homing mode.
 ///
 /// Homing methods: 17 and 18, the limit switch at the negative and at the positive end, and 35 and 37, the
-/// present position. Whichever the switch, it closes beyond DriveSpec's zero, and is found again from there.
+/// present position. Whichever the switch, it closes beyond SimulatedCia402Spec's zero, and is found again
+/// from there.
 ///
 /// It does what the master set up over SDO and nothing by assumption: PDO mapping and transmission types,
-/// heartbeats both ways, interpolation period, following-error window, soft limits. Its axis moves as Servo
-/// does: the target positions are interpolated over the interpolation period, their rate is fed forward, and
-/// without "operation enabled" the position stays where it is; with target torques it pushes, and knows no
-/// soft limits. Positions are told in whole counts. A quick stop, and bit 8 of the controlword, halt, make it
-/// stand at once, with its power on. Not spoken: segmented writes, block SDO, more than one pair of PDOs,
-/// remote requests, SYNC counters, node guarding.
-class Cia402Drive {
+/// heartbeats both ways, interpolation period, following-error window, soft limits. Its axis moves as
+/// SimulatedServo does: the target positions are interpolated over the interpolation period, their rate is
+/// fed forward, and without "operation enabled" the position stays where it is; with target torques it
+/// pushes, and knows no soft limits. Positions are told in whole counts. A quick stop, and bit 8 of the
+/// controlword, halt, make it stand at once, with its power on. Not spoken: segmented writes, block SDO, more
+/// than one pair of PDOs, remote requests, SYNC counters, node guarding.
+class SimulatedCia402Drive {
  public:
   /// Powers the drive on; its boot-up message comes with the first `advance`. Real-time: yes.
-  explicit Cia402Drive(const DriveSpec& spec) noexcept;
+  explicit SimulatedCia402Drive(const SimulatedCia402Spec& spec) noexcept;
 
   /// Takes in a frame at an instant and appends the answers; frames of others are ignored.
   /// @param now_ns  never before an earlier call's
@@ -55,8 +56,8 @@ class Cia402Drive {
   /// Real-time: yes (bounded, no allocation).
   void advance(int64_t now_ns, FrameBatch& out) noexcept;
 
-  /// Position of the axis, counts from DriveSpec's zero, with its fraction, whatever its encoder says.
-  /// Real-time: yes.
+  /// Position of the axis, counts from SimulatedCia402Spec's zero, with its fraction, whatever its encoder
+  /// says. Real-time: yes.
   double position() const noexcept { return servo_.position(); }
 
   /// State of the power drive system. Real-time: yes.
@@ -74,7 +75,7 @@ class Cia402Drive {
   /// Jams its mechanics, or lets them go. Real-time: yes.
   void set_jammed(bool jammed) noexcept { servo_.set_jammed(jammed); }
 
-  /// As Servo. Real-time: yes.
+  /// As SimulatedServo. Real-time: yes.
   void set_load(double load) noexcept { servo_.set_load(load); }
 
   /// Makes it fail as a hot power stage would. Real-time: yes.
@@ -89,8 +90,8 @@ class Cia402Drive {
   SdoAnswer write(const SdoRequest& request, FrameBatch& out) noexcept;
   SdoAnswer read(ObjectAddress object) noexcept;
   SdoAnswer next_segment(bool toggle) noexcept;
-  static uint32_t refuse_value(DriveObjects::Slot slot, uint32_t value) noexcept;
-  void set(DriveObjects::Slot slot, uint32_t value) noexcept;
+  static uint32_t refuse_value(SimulatedObjectDictionary::Slot slot, uint32_t value) noexcept;
+  void set(SimulatedObjectDictionary::Slot slot, uint32_t value) noexcept;
   void on_rpdo(const Frame& frame, FrameBatch& out) noexcept;
   void on_sync(FrameBatch& out) noexcept;
   void apply_rpdo(FrameBatch& out) noexcept;
@@ -122,7 +123,7 @@ class Cia402Drive {
   uint32_t error_window_;  // counts, at power-on
   uint32_t rated_torque_mNm_;
   double torque_limit_;  // in rated torques
-  DriveObjects objects_;
+  SimulatedObjectDictionary objects_;
   NmtState nmt_ = NmtState::kBootUp;
   DriveState state_ = DriveState::kNotReady;
   int64_t now_ns_ = 0;
@@ -130,8 +131,8 @@ class Cia402Drive {
 
   enum class Homing : uint8_t { kNone, kSearching, kLeavingSwitch, kAttained, kError };
 
-  double zero_;                   // where its encoder reads 0, counts from DriveSpec's zero
-  Servo servo_;                   // in counts from there
+  double zero_;                   // where its encoder reads 0, counts from SimulatedCia402Spec's zero
+  SimulatedServo servo_;          // in counts from there
   bool limited_ = false;          // the target was beyond a soft limit
   bool strayed_ = false;          // the following-error window was left for longer than allowed
   int64_t beyond_since_ns_ = -1;  // out of that window; -1: it is not
