@@ -4,7 +4,7 @@
 #include <span>
 
 #include "hal/bus/frame_batch.h"
-#include "hal/canopen/canopen.h"
+#include "hal/canopen/sdo.h"
 #include "hal/canopen/sdo_upload.h"
 
 namespace tendril::hal {

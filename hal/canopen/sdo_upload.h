@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "hal/bus/frame_batch.h"
-#include "hal/canopen/canopen.h"
+#include "hal/canopen/sdo.h"
 
 namespace tendril::hal {
 

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "hal/bus/frame_batch.h"
+#include "hal/canopen/canopen.h"
 #include "hal/canopen/drive_names.h"
+#include "hal/canopen/emergency.h"
 #include "hal/canopen/sdo_sequence.h"
 #include "hal/cia402/cia402.h"
 #include "hal/cia402/cia402_settings.h"

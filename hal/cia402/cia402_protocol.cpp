@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "hal/canopen/canopen.h"
 #include "hal/cia402/cia402.h"
 #include "hal/cia402/cia402_master.h"
 #include "hal/cia402/cia402_settings.h"

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "hal/canopen/canopen.h"
 #include "hal/cia402/cia402.h"
 #include "hal/drive/range_watch.h"
 

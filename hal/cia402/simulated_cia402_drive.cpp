@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hal/canopen/emergency.h"
 #include "hal/cia402/simulated_pdos.h"
 
 namespace tendril::hal {

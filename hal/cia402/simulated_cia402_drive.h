@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "hal/bus/frame_batch.h"
+#include "hal/canopen/canopen.h"
 #include "hal/cia402/cia402.h"
 #include "hal/cia402/simulated_object_dictionary.h"
 #include "hal/sim/simulated_drive.h"

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "hal/canopen/canopen.h"
+
 namespace tendril::hal {
 namespace {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "hal/canopen/canopen.h"
+#include "hal/canopen/sdo.h"
 #include "hal/cia402/cia402.h"
 
 namespace tendril::hal {

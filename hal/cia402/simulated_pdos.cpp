@@ -1,5 +1,7 @@
 #include "hal/cia402/simulated_pdos.h"
 
+#include "hal/canopen/canopen.h"
+
 namespace tendril::hal {
 namespace {
 
