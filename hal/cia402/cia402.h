@@ -60,6 +60,9 @@ inline constexpr uint32_t kMapControlword = 0x6040'0010, kMapStatusword = 0x6041
                           kMapActualPosition = 0x6064'0020, kMapTargetPosition = 0x607A'0020,
                           kMapTargetTorque = 0x6071'0010;
 
+// Homing methods that search a limit switch (object 6098).
+inline constexpr int kHomingToNegativeSwitch = 17, kHomingToPositiveSwitch = 18;
+
 /// Homing methods that take the present position for the reference, without any motion (object 6098).
 constexpr bool homes_in_place(int method) noexcept { return method == 35 || method == 37; }
 

@@ -1,10 +1,10 @@
 #include "hal/cia402/cia402_master.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
 #include "hal/cia402/cia402_setup.h"
+#include "hal/drive/formatted.h"
 
 namespace tendril::hal {
 namespace {
@@ -17,15 +17,9 @@ MasterConfig checked_canopen(MasterConfig config) {
   return config;
 }
 
-std::string format(const char* pattern, auto... values) {
-  char text[160];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
-
 /// "object 1600:2 (the second object in RPDO 1)".
 std::string object_text(uint32_t object) {
-  return format("object %04X:%u", object >> 8, object & 0xFF) + describe_set_up_object(object);
+  return formatted("object %04X:%u", object >> 8, object & 0xFF) + describe_set_up_object(object);
 }
 
 }  // namespace
@@ -108,31 +102,31 @@ std::string Cia402Master::describe(const DriveFault& fault) const {
   switch (fault.kind) {
     case FaultKind::kConfiguration:
       return who + kind + " at " + object_text(fault.object) +
-             format(": %s (SDO abort %08X)", describe_sdo_abort(fault.code), fault.code);
+             formatted(": %s (SDO abort %08X)", describe_sdo_abort(fault.code), fault.code);
     case FaultKind::kUnexpectedValue:
       return who + kind + ": " + object_text(fault.object) +
-             format(" reads 0x%X and must read 0x%X", fault.code, fault.expected);
+             formatted(" reads 0x%X and must read 0x%X", fault.code, fault.expected);
     case FaultKind::kDriveFault:
       if (fault.code == 0) return who + kind + ", no error code received";
       return who + kind +
-             format(": %s (EMCY %04X)", describe_emergency(static_cast<uint16_t>(fault.code)), fault.code);
+             formatted(": %s (EMCY %04X)", describe_emergency(static_cast<uint16_t>(fault.code)), fault.code);
     case FaultKind::kEnableTimeout:
     case FaultKind::kDriveDisabled:
       return who + kind +
-             format(", it is in '%s' (statusword %04X)",
-                    to_text(decode_statusword(static_cast<uint16_t>(fault.code))), fault.code);
+             formatted(", it is in '%s' (statusword %04X)",
+                       to_text(decode_statusword(static_cast<uint16_t>(fault.code))), fault.code);
     case FaultKind::kNotReferenced:
       return who + kind +
-             format(": bit %d of its statusword is not set (statusword %04X)",
-                    cia402_settings(config_.axes[fault.axis]).referenced_bit, fault.code);
+             formatted(": bit %d of its statusword is not set (statusword %04X)",
+                       cia402_settings(config_.axes[fault.axis]).referenced_bit, fault.code);
     case FaultKind::kOutOfRange:
       return who + describe_out_of_range(fault);
     case FaultKind::kHomingFailed:
     case FaultKind::kHomingTimeout:
-      return who + kind + format(" (statusword %04X)", fault.code);
+      return who + kind + formatted(" (statusword %04X)", fault.code);
     case FaultKind::kStartTimeout:
     case FaultKind::kDriveRestarted:
-      return who + kind + format(" (NMT state %02X)", fault.code);
+      return who + kind + formatted(" (NMT state %02X)", fault.code);
     default:
       return who + kind;
   }

@@ -10,7 +10,7 @@
 #include "hal/cia402/cia402_settings.h"
 #include "hal/cia402/cia402_setup.h"
 #include "hal/cia402/simulated_cia402_drive.h"
-#include "hal/cia402/simulated_object_dictionary.h"
+#include "hal/cia402/simulated_drive_eds.h"
 #include "hal/sim/simulated_axis.h"
 
 namespace tendril::hal {

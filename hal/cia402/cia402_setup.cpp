@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <string>
 
 #include "hal/canopen/canopen.h"
 #include "hal/cia402/cia402.h"
+#include "hal/drive/formatted.h"
 #include "hal/drive/range_watch.h"
 
 namespace tendril::hal {
@@ -22,12 +22,6 @@ uint32_t to_ms(int64_t duration_ns) {
 
 constexpr double kLargestTorque = 32.767;  // rated ones, object 6071, i16 in thousandths
 
-std::string filled_in(const char* pattern, auto... values) {
-  char text[200];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
-
 /// A drive that is commanded torques knows what they are thousandths of, and has room for the largest.
 void check_torques(const MasterConfig& config, int i) {
   const AxisConfig& axis = config.axes[i];
@@ -40,7 +34,7 @@ void check_torques(const MasterConfig& config, int i) {
   if (torque > kLargestTorque * rated)
     refuse_drive(
         config, i, "rated_torque",
-        filled_in("at least %.4g Nm, as the largest effort is a torque of %.4g Nm and object 6071 holds "
+        formatted("at least %.4g Nm, as the largest effort is a torque of %.4g Nm and object 6071 holds "
                   "32.767 times the rated one",
                   torque / kLargestTorque, torque));
 }
@@ -59,7 +53,7 @@ void check_reference(const MasterConfig& config, int i) {
   if (homing.method && homes_in_place(*homing.method) && settings.referenced_bit < 0)
     refuse_drive(
         config, i, "referenced_bit",
-        filled_in("the statusword bit that tells whether it has been done, as homing method %d takes "
+        formatted("the statusword bit that tells whether it has been done, as homing method %d takes "
                   "wherever the axis stands at a start for the zero",
                   static_cast<int>(*homing.method)));
 }

@@ -1,8 +1,9 @@
 #include "hal/odrive/odrive_master.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
+
+#include "hal/drive/formatted.h"
 
 namespace tendril::hal {
 namespace {
@@ -55,9 +56,7 @@ void check_odrive(const MasterConfig& config) {
     for (uint32_t message = 0; message < 32; ++message) {
       const uint32_t id = static_cast<uint32_t>(axis.node) << 5 | message;
       claims.claim(id, to_text(axis));
-      char text[48];
-      std::snprintf(text, sizeof text, "message 0x%02X of node %d", message, axis.node);
-      claims.name(id, text);
+      claims.name(id, formatted("message 0x%02X of node %d", message, axis.node));
     }
   claims.claim_sensors(config);
 }
@@ -122,11 +121,10 @@ std::string OdriveMaster::describe(const DriveFault& fault) const {
   if (fault.axis < 0 || fault.axis >= static_cast<int>(axes_.size())) return kind;
   const std::string who = name_of(config_, fault.axis) + ": ";
   const OdriveFirmware firmware = odrive_settings(config_).firmware;
-  char text[96];
   switch (fault.kind) {
     case FaultKind::kDriveFault:
-      std::snprintf(text, sizeof text, " (axis error %08X)", fault.code);
-      return who + kind + ": " + describe_odrive_error(firmware, fault.code) + text;
+      return who + kind + ": " + describe_odrive_error(firmware, fault.code) +
+             formatted(" (axis error %08X)", fault.code);
     case FaultKind::kStartTimeout:
       return who + kind +
              (fault.code == 0 ? ", no heartbeat was heard"
@@ -141,9 +139,8 @@ std::string OdriveMaster::describe(const DriveFault& fault) const {
              "'" + result + words_of_components(OdriveAxis::components_of(fault.code));
     }
     case FaultKind::kPositionJumped:
-      std::snprintf(text, sizeof text, " by %.3f turns: has it a reference?",
-                    1e-3 * static_cast<int32_t>(fault.code));
-      return who + kind + text;
+      return who + kind +
+             formatted(" by %.3f turns: has it a reference?", 1e-3 * static_cast<int32_t>(fault.code));
     case FaultKind::kOutOfRange:
       return who + describe_out_of_range(fault);
     default:
