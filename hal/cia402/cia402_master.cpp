@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "hal/canopen/canopen.h"
+#include "hal/canopen/emergency.h"
 #include "hal/cia402/cia402_setup.h"
 #include "hal/drive/formatted.h"
 
@@ -62,7 +64,7 @@ void Cia402Master::command(const Command& command, int64_t now_ns, FrameBatch& o
   set_up(now_ns, out);
   const bool may_begin = known.all_known && !supervisor_.faulted();
   const int homing = command.finish ? -1 : axis_to_home();
-  const auto task = command.enable ? Cia402Axis::Task::kFollow : Cia402Axis::Task::kRest;
+  const auto task = command.enable ? Cia402Axis::Task::kFollow : Cia402Axis::Task::kDisable;
   for (int i = 0; i < known.axes; ++i)
     axes_[i].drive(i == homing ? Cia402Axis::Task::kHome : task, i == homing || may_begin, known.all_enabled,
                    {command.position[i], command.effort[i]}, now_ns, out);

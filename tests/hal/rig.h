@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "hal/bus/virtual_bus.h"
+#include "hal/canopen/canopen.h"
+#include "hal/canopen/emergency.h"
 #include "hal/cia402/cia402_master.h"
 #include "hal/cia402/simulated_cia402_drive.h"
 #include "hal/odrive/odrive_master.h"
