@@ -22,8 +22,8 @@ inline constexpr uint32_t kHeartbeatBase = 0x700;
 /// Set in the COB-ID entry of a PDO that is switched off.
 inline constexpr uint32_t kPdoInvalid = 0x8000'0000;
 
-/// Whether an 11-bit identifier is kept for NMT, SDO, node control or later use, so that no PDO may have it.
-/// [CiA 301, restricted CAN-IDs] Real-time: yes.
+/// Whether an 11-bit identifier is reserved for NMT, SDO, node control or later use, so that no PDO may have
+/// it. [CiA 301, restricted CAN-IDs] Real-time: yes.
 constexpr bool is_restricted(uint32_t id) noexcept {
   return id < 0x080 || (id > 0x100 && id <= 0x180) || (id > 0x580 && id < 0x600) ||
          (id > 0x600 && id < 0x680) || (id >= 0x6E0 && id < 0x700) || id > 0x700;
@@ -49,16 +49,16 @@ enum class NmtState : uint8_t {
   kPreOperational = 0x7F
 };
 
-/// An order of the NMT master. Node 0 means all.
+/// A command of the NMT master. Node 0 means all.
 struct NmtRequest {
   NmtCommand command = NmtCommand::kStart;
   int node = 0;
 };
 
-/// The frame of an NMT order. Real-time: yes.
+/// The frame of an NMT command. Real-time: yes.
 Frame encode_nmt(NmtRequest request) noexcept;
 
-/// Reads an NMT order. @return nothing where the frame is none or its command is unknown. Real-time: yes.
+/// Reads an NMT command. @return nothing where the frame is none or its command is unknown. Real-time: yes.
 std::optional<NmtRequest> decode_nmt(const Frame& frame) noexcept;
 
 /// SYNC without a counter (0x1019 = 0). Real-time: yes.

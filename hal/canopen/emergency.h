@@ -8,11 +8,11 @@
 
 namespace tendril::hal {
 
-/// What a drive sends when an error appears, or with code 0 when the last one is gone.
+/// The content of an EMCY frame: an error has appeared, or with code 0 the last one is gone. [CiA 301]
 struct Emergency {
   uint16_t code = 0;
   uint8_t error_register = 0;       // object 1001
-  std::array<uint8_t, 5> detail{};  // the maker's
+  std::array<uint8_t, 5> detail{};  // manufacturer-specific
 };
 
 /// The EMCY frame of `node`. Real-time: yes.

@@ -16,7 +16,7 @@ struct ObjectAddress {
   friend bool operator==(const ObjectAddress&, const ObjectAddress&) = default;
 };
 
-/// Reasons for which an SDO transfer ends early, with their codes on the wire.
+/// Reasons to abort an SDO transfer, with their codes. [CiA 301]
 enum class SdoAbort : uint32_t {
   kToggle = 0x0503'0000,
   kTimeout = 0x0504'0000,
@@ -43,31 +43,29 @@ enum class SdoAbort : uint32_t {
   kDeviceState = 0x0800'0022
 };
 
-/// As it stands in an SDO frame. Real-time: yes.
+/// The code as in an SDO frame. Real-time: yes.
 constexpr uint32_t code(SdoAbort abort) noexcept { return static_cast<uint32_t>(abort); }
 
 /// The reason in words; codes of no known meaning say so. Real-time: yes.
 const char* describe_sdo_abort(uint32_t code) noexcept;
 
-/// What a client asks of a server: expedited transfers (up to 4 bytes), and to read longer objects in
-/// segments.
+/// A request of an SDO client: expedited transfers (up to 4 bytes), and segmented reads of longer objects.
 struct SdoRequest {
   enum class Kind : uint8_t { kWrite, kRead, kReadSegment, kAbort, kOther };
   Kind kind = Kind::kOther;
-  ObjectAddress object;  // not of kReadSegment
-  int size = 0;          // kWrite: bytes, 1..4; 0 where the client did not say
+  ObjectAddress object;  // not used by kReadSegment
+  int size = 0;          // kWrite: bytes, 1..4; 0: not indicated
   uint32_t value = 0;    // kWrite: the data; kAbort: the abort code
   bool toggle = false;   // kReadSegment: false for the first one, then alternating
 };
 
-/// What a server answers.
+/// The answer of an SDO server.
 struct SdoAnswer {
   enum class Kind : uint8_t { kWritten, kValue, kSegmented, kSegment, kAbort, kOther };
   Kind kind = Kind::kOther;
-  ObjectAddress object;  // not of kSegment
-  int size = 0;          // kValue: bytes, 1..4; 0 where the server did not say; kSegment: bytes, 0..7
-  // kValue: the data, zero-extended; kSegmented: bytes to come, 0 where the server did not say; kAbort: the
-  // abort code
+  ObjectAddress object;  // not used by kSegment
+  int size = 0;          // kValue: bytes, 1..4; 0: not indicated; kSegment: bytes, 0..7
+  // kValue: the data, zero-extended; kSegmented: bytes to come, 0: not indicated; kAbort: the abort code
   uint32_t value = 0;
   bool toggle = false;  // kSegment: that of the request
   bool last = false;    // kSegment: none follows

@@ -18,7 +18,7 @@ bool ends_startup(FaultKind kind) noexcept {
          kind == FaultKind::kUnexpectedValue;
 }
 
-/// Whether a fault says that nothing is heard of its drive any more.
+/// Whether after a fault the state of its drive is not known any more.
 bool is_loss_of_contact(FaultKind kind) noexcept {
   return kind == FaultKind::kHeartbeatLost || kind == FaultKind::kFeedbackLost ||
          kind == FaultKind::kDriveRestarted;
@@ -95,7 +95,7 @@ bool Cia402Axis::connected(int64_t last_sync_ns) const noexcept {
          last_sync_ns - position_stamp_ns() <= config_.feedback_timeout_ns;
 }
 
-/// A drive that cannot be heard monitors the master by itself; nobody can wait for its statusword.
+/// A drive whose state is not known stops by its own heartbeat consumer; no statusword will confirm that.
 bool Cia402Axis::disabled() const noexcept {
   return !startup_.running() || is_loss_of_contact(fault_.kind) || power_.power_is_off();
 }

@@ -69,7 +69,7 @@ class Cia402Axis {
   /// Whether the drive was brought to "operation enabled" to follow targets and is there.
   bool enabled() const noexcept { return power_.enabled(); }
 
-  /// Whether nothing is known that says the drive holds torque.
+  /// Whether nothing that is known says that the drive has power.
   bool disabled() const noexcept;
 
   /// What the drive calls itself; once known it stays as it is.

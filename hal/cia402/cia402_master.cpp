@@ -11,7 +11,7 @@
 namespace tendril::hal {
 namespace {
 
-// Axes set up at the same time: their SDO traffic must fit in a cycle beside the PDOs of those that run.
+// Axes that are set up at the same time: their SDO frames must fit into a cycle beside the PDOs.
 constexpr int kSetUpAtOnce = 4;
 
 MasterConfig checked_canopen(MasterConfig config) {
@@ -49,7 +49,7 @@ void Cia402Master::receive(const Frame& frame, int64_t arrival_ns) noexcept {
 }
 
 const Measurement& Cia402Master::measure(BusHealth health, int64_t now_ns) noexcept {
-  return supervisor_.measure(axes_, health, now_ns, synced_ns_);
+  return supervisor_.measure(axes_, health, now_ns, last_sync_ns_);
 }
 
 void Cia402Master::command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept {
@@ -70,7 +70,7 @@ void Cia402Master::command(const Command& command, int64_t now_ns, FrameBatch& o
                    {command.position[i], command.effort[i]}, now_ns, out);
   if (std::any_of(axes_.begin(), axes_.end(), [](const Cia402Axis& axis) { return axis.synchronous(); })) {
     out.push(encode_sync());
-    synced_ns_ = now_ns;
+    last_sync_ns_ = now_ns;
   }
 }
 
@@ -84,8 +84,8 @@ void Cia402Master::set_up(int64_t now_ns, FrameBatch& out) noexcept {
 
 /// @return the axis whose turn it is; -1: none, or not yet
 int Cia402Master::axis_to_home() const noexcept {
-  const bool all_there = std::all_of(axes_.begin(), axes_.end(),
-                                     [this](const Cia402Axis& axis) { return axis.connected(synced_ns_); });
+  const bool all_there = std::all_of(
+      axes_.begin(), axes_.end(), [this](const Cia402Axis& axis) { return axis.connected(last_sync_ns_); });
   if (!all_there || supervisor_.faulted()) return -1;
   for (size_t i = 0; i < axes_.size(); ++i)
     if (axes_[i].needs_homing()) return static_cast<int>(i);
@@ -94,13 +94,13 @@ int Cia402Master::axis_to_home() const noexcept {
 
 std::string Cia402Master::identity(int axis) const {
   if (!identified_[static_cast<size_t>(axis)].load(std::memory_order_acquire)) return "";
-  return name_of(config_, axis) + ": " + axes_[static_cast<size_t>(axis)].names().sentence();
+  return label(config_, axis) + ": " + axes_[static_cast<size_t>(axis)].names().text();
 }
 
 std::string Cia402Master::describe(const DriveFault& fault) const {
-  const char* kind = hal::describe(fault.kind);
+  const char* kind = name(fault.kind);
   if (fault.axis < 0 || fault.axis >= static_cast<int>(axes_.size())) return kind;
-  const std::string who = name_of(config_, fault.axis) + ": ";
+  const std::string who = label(config_, fault.axis) + ": ";
   switch (fault.kind) {
     case FaultKind::kConfiguration:
       return who + kind + " at " + object_text(fault.object) +
@@ -116,7 +116,7 @@ std::string Cia402Master::describe(const DriveFault& fault) const {
     case FaultKind::kDriveDisabled:
       return who + kind +
              formatted(", it is in '%s' (statusword %04X)",
-                       to_text(decode_statusword(static_cast<uint16_t>(fault.code))), fault.code);
+                       name(decode_statusword(static_cast<uint16_t>(fault.code))), fault.code);
     case FaultKind::kNotReferenced:
       return who + kind +
              formatted(": bit %d of its statusword is not set (statusword %04X)",

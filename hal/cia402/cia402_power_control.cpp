@@ -46,29 +46,29 @@ DriveFault Cia402PowerControl::on_feedback(const DriveFeedback& feedback, int64_
   state_ = decode_statusword(feedback.statusword);
   position_ = feedback.position;
   position_stamp_ns_ = arrival_ns;
-  const DriveFault reference_fault = watch_reference();
+  const DriveFault reference_fault = monitor_reference();
   if (!in_fault(state_)) clearing_fault_ = false;
   const bool lost_reference = reference_fault.kind != FaultKind::kNone;
   if (lost_reference || phase_ == Phase::kOff || clearing_fault_) return reference_fault;
-  const DriveFault power_fault = watch_power();
+  const DriveFault power_fault = monitor_power();
   return power_fault.kind != FaultKind::kNone || homing_since_ns_ == 0 ? power_fault
                                                                        : judge_homing(arrival_ns);
 }
 
 /// Judges the state of a drive that is being enabled or is on.
-DriveFault Cia402PowerControl::watch_power() noexcept {
+DriveFault Cia402PowerControl::monitor_power() noexcept {
   if (in_fault(state_)) return {.kind = FaultKind::kDriveFault, .code = emergency_};
   if (phase_ == Phase::kOn && state_ != DriveState::kEnabled)
     return {.kind = FaultKind::kDriveDisabled, .code = statusword_};
-  if (enabled() && range_.left_at(displacement()))
-    return {.kind = FaultKind::kOutOfRange, .code = static_cast<uint32_t>(range_.beyond(displacement()))};
+  if (enabled() && range_.is_outside(displacement()))
+    return {.kind = FaultKind::kOutOfRange, .code = static_cast<uint32_t>(range_.excess(displacement()))};
   if (phase_ == Phase::kEnabling && state_ == DriveState::kEnabled) phase_ = Phase::kOn;
   return {};
 }
 
 /// A reference is there from the start, comes by homing, or is shown by a bit of the statusword, which must
 /// then stay set.
-DriveFault Cia402PowerControl::watch_reference() noexcept {
+DriveFault Cia402PowerControl::monitor_reference() noexcept {
   const bool absolute = reference_ == Reference::kAbsolute;
   if (referenced_mask_ == 0) {
     referenced_ = referenced_ || absolute;

@@ -11,12 +11,12 @@
 #include "hal/cia402/cia402_setup.h"
 #include "hal/drive/drives.h"
 #include "hal/drive/master_config.h"
-#include "hal/drive/range_watch.h"
+#include "hal/drive/range_monitor.h"
 
 namespace tendril::hal {
 
 /// Brings one drive, which is in NMT operational, to "operation enabled" and back, commands it, homes it and
-/// monitors what its TPDO tells. Part of Cia402Axis.
+/// monitors its TPDO. Part of Cia402Axis.
 ///
 /// A task says what the drive shall do, and a phase how far its power stage has followed: off; preparing (SDO
 /// transfers without power); enabling (controlwords); on. Functions that can find a fault return it; of kind
@@ -56,7 +56,7 @@ class Cia402PowerControl {
   Frame command(Task task, bool faulty, bool may_begin, bool all_enabled, const AxisTarget& target,
                 int64_t now_ns, SdoSequence& sdo) noexcept;
 
-  /// Gives up what is begun, as after a fault; the drive is disabled by the next `command`.
+  /// Ends enabling and homing, as after a fault; the next `command` begins to disable the drive.
   void stop() noexcept;
 
   /// Starts afresh with nothing known of the drive.
@@ -85,8 +85,8 @@ class Cia402PowerControl {
  private:
   enum class Phase : uint8_t { kOff, kPreparing, kEnabling, kOn };
 
-  DriveFault watch_reference() noexcept;
-  DriveFault watch_power() noexcept;
+  DriveFault monitor_reference() noexcept;
+  DriveFault monitor_power() noexcept;
   DriveFault judge_homing(int64_t arrival_ns) noexcept;
   void begin_enabling(int64_t now_ns, SdoSequence& sdo) noexcept;
   uint16_t next_word(bool faulty, int64_t now_ns) noexcept;
@@ -98,7 +98,7 @@ class Cia402PowerControl {
   AxisScale scale_;
   bool follows_effort_;
   double rated_torque_;  // Nm
-  RangeWatch range_;
+  RangeMonitor range_;
   std::vector<SdoStep> homing_steps_, following_steps_;
   std::optional<SoftLimits> soft_limits_;
   Reference reference_;

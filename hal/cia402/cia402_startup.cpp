@@ -39,7 +39,7 @@ DriveFault Cia402Startup::on_heartbeat(NmtState state, int64_t arrival_ns, SdoSe
     case Stage::kIdentifying:
     case Stage::kConfiguring:
     case Stage::kStarting:
-      if (state == NmtState::kBootUp) begin_set_up(sdo);  // it has forgotten all that it had been told
+      if (state == NmtState::kBootUp) begin_set_up(sdo);  // a reboot clears what had been set up
       if (stage_ == Stage::kStarting && state == NmtState::kOperational) {
         stage_ = Stage::kRunning;
         stage_since_ns_ = arrival_ns;

@@ -42,7 +42,7 @@ void SimulatedCia402Drive::receive(const Frame& frame, int64_t now_ns, FrameBatc
   advance(now_ns, out);
   if (frame.remote) return;  // nothing of it is sent on request: no node guarding, no polled PDO
   if (const auto request = decode_nmt(frame)) {
-    if (request->node == 0 || request->node == node_) obey_nmt(request->command);
+    if (request->node == 0 || request->node == node_) handle_nmt(request->command);
     return;
   }
   if (const auto request = decode_sdo_request(frame, node_)) {
@@ -73,7 +73,7 @@ void SimulatedCia402Drive::advance(int64_t now_ns, FrameBatch& out) noexcept {
     fail(injected_fault_, out);
     injected_fault_ = 0;
   }
-  watch_master(now_ns, out);
+  monitor_master(now_ns, out);
   if (nmt_ == NmtState::kOperational) {
     update_actual_values();
     pdos_.advance(objects_, now_ns, out);
@@ -88,7 +88,7 @@ void SimulatedCia402Drive::send_heartbeat(int64_t now_ns, FrameBatch& out) noexc
   next_heartbeat_ns_ = now_ns + period_ns;
 }
 
-void SimulatedCia402Drive::obey_nmt(NmtCommand command) noexcept {
+void SimulatedCia402Drive::handle_nmt(NmtCommand command) noexcept {
   const NmtState before = nmt_;
   switch (command) {
     case NmtCommand::kStart:
@@ -172,7 +172,7 @@ void SimulatedCia402Drive::apply_controlword(uint16_t word, FrameBatch& out) noe
   const DriveState before = state_;
   state_ = transition(state_, word, controlword_);
   objects_.set(Entry::kControlword, word);
-  motion_.obey_homing_bit(motion_input(), controlword_, word);
+  motion_.handle_homing_bit(motion_input(), controlword_, word);
   controlword_ = word;
   if (before == DriveState::kFault && state_ != DriveState::kFault) {
     objects_.set(Entry::kErrorCode, 0);
@@ -215,7 +215,7 @@ void SimulatedCia402Drive::update_error_register() noexcept {
 
 /// Heartbeat consumer. It starts with the first heartbeat and, when they end, also takes the node out of NMT
 /// operational [CiA 301, objects 1016 and 1029:1 = 0].
-void SimulatedCia402Drive::watch_master(int64_t now_ns, FrameBatch& out) noexcept {
+void SimulatedCia402Drive::monitor_master(int64_t now_ns, FrameBatch& out) noexcept {
   const int64_t limit_ns = (objects_[Entry::kConsumer] & 0xFFFF) * kMillisecond_ns;
   if (limit_ns == 0 || master_seen_ns_ < 0 || now_ns - master_seen_ns_ < limit_ns) return;
   master_seen_ns_ = -1;

@@ -44,7 +44,7 @@ class SimulatedCia402Drive {
   /// State of the power drive system. Real-time: yes.
   DriveState state() const noexcept { return state_; }
 
-  /// State of the power stage, whatever the protocol calls it. Real-time: yes.
+  /// State of the power stage. Real-time: yes.
   PowerStage power_stage() const noexcept;
 
   /// State as a CANopen slave. Real-time: yes.
@@ -53,13 +53,13 @@ class SimulatedCia402Drive {
   /// Makes the drive fail with that EMCY error code at the next `advance`. Real-time: yes.
   void inject_fault(uint32_t code) noexcept { injected_fault_ = static_cast<uint16_t>(code); }
 
-  /// Jams its mechanics, or lets them go. Real-time: yes.
+  /// Jams its mechanics, or releases them. Real-time: yes.
   void set_jammed(bool jammed) noexcept { motion_.set_jammed(jammed); }
 
-  /// As SimulatedServo. Real-time: yes.
+  /// See SimulatedServo. Real-time: yes.
   void set_load(double load) noexcept { motion_.set_load(load); }
 
-  /// Makes it fail as a hot power stage would. Real-time: yes.
+  /// Makes it fail with the error of a hot power stage. Real-time: yes.
   void overheat() noexcept { inject_fault(kOverheated); }
 
  private:
@@ -69,7 +69,7 @@ class SimulatedCia402Drive {
     return {objects_, state_ == DriveState::kEnabled};
   }
   void restore_settings() noexcept;
-  void obey_nmt(NmtCommand command) noexcept;
+  void handle_nmt(NmtCommand command) noexcept;
   void reset() noexcept;
   void serve_sdo(const SdoRequest& request, FrameBatch& out) noexcept;
   void on_sync(FrameBatch& out) noexcept;
@@ -78,7 +78,7 @@ class SimulatedCia402Drive {
   void apply_controlword(uint16_t word, FrameBatch& out) noexcept;
   void update_actual_values() noexcept;
   void send_heartbeat(int64_t now_ns, FrameBatch& out) noexcept;
-  void watch_master(int64_t now_ns, FrameBatch& out) noexcept;
+  void monitor_master(int64_t now_ns, FrameBatch& out) noexcept;
   void fail(uint16_t code, FrameBatch& out) noexcept;
   void report(uint16_t code, FrameBatch& out) noexcept;
   void update_error_register() noexcept;

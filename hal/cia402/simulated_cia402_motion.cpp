@@ -58,7 +58,7 @@ void SimulatedCia402Motion::take_target(const Input& input) noexcept {
   const SimulatedObjectDictionary& objects = input.objects;
   if (follows_torque(input)) {
     servo_.unlock();
-    servo_.push(objects.signed_value(Entry::kTargetTorque) / (1e3 * torque_limit_));
+    servo_.apply_force(objects.signed_value(Entry::kTargetTorque) / (1e3 * torque_limit_));
   }
   if (!follows_position(input)) return;
   double target = objects.signed_value(Entry::kTargetPosition);
@@ -69,8 +69,8 @@ void SimulatedCia402Motion::take_target(const Input& input) noexcept {
   servo_.interpolate(zero_ + target, interpolation_ns(objects));
 }
 
-void SimulatedCia402Motion::obey_homing_bit(const Input& input, uint16_t previous,
-                                            uint16_t controlword) noexcept {
+void SimulatedCia402Motion::handle_homing_bit(const Input& input, uint16_t previous,
+                                              uint16_t controlword) noexcept {
   const bool set = (controlword & kStartHoming) != 0, was_set = (previous & kStartHoming) != 0;
   if (set && !was_set && is_in_mode(input, kModeHoming)) start_homing(input);
   if (!set && homing_ != Homing::kAttained) homing_ = Homing::kNone;  // interrupted

@@ -35,7 +35,7 @@ class SimulatedCia402Motion {
   void take_target(const Input& input) noexcept;
 
   /// Starts or interrupts homing as bit 4 of a new controlword says. @param previous  the controlword before
-  void obey_homing_bit(const Input& input, uint16_t previous, uint16_t controlword) noexcept;
+  void handle_homing_bit(const Input& input, uint16_t previous, uint16_t controlword) noexcept;
 
   /// Judges the following error; to be called at SYNC.
   /// @return whether it has been beyond its window (6065) for longer than 6066 allows

@@ -8,8 +8,9 @@
 namespace tendril::hal {
 namespace {
 
-// Axes ordered into closed-loop control in one cycle, four frames each: a cycle's frames fit a batch.
-constexpr int kCloseAtOnce = 8;
+// Axes for which closed-loop control is requested in one cycle, four frames each: a cycle's frames fit a
+// batch.
+constexpr int kRequestsInOneCycle = 8;
 
 void check_axis(const MasterConfig& config, int i) {
   const AxisConfig& axis = config.axes[i];
@@ -17,7 +18,7 @@ void check_axis(const MasterConfig& config, int i) {
   if (axis.node < 0 || axis.node >= kOdriveNodes) refuse_drive(config, i, "node", "a node id from 0 to 63");
   if (axis.node == kOdriveUnaddressed && odrive_settings(config).firmware == OdriveFirmware::k0_6)
     refuse_drive(config, i, "node", "at most 62, as firmware 0.6 gives 63 to axes that have no address yet");
-  // The protocol cannot tell whether there is a reference, so a person must.
+  // The protocol does not report whether there is a reference, so the robot file must.
   if (!settings.counts_from_power_on)
     refuse_drive(config, i, "reference",
                  "absolute, or power_on: does the axis still know where it stands when its power was off, or "
@@ -55,8 +56,8 @@ void check_odrive(const MasterConfig& config) {
   for (const AxisConfig& axis : config.axes)
     for (uint32_t message = 0; message < 32; ++message) {
       const uint32_t id = static_cast<uint32_t>(axis.node) << 5 | message;
-      claims.claim(id, to_text(axis));
-      claims.name(id, formatted("message 0x%02X of node %d", message, axis.node));
+      claims.claim(id, label(axis));
+      claims.reserve(id, formatted("message 0x%02X of node %d", message, axis.node));
     }
   claims.claim_sensors(config);
 }
@@ -99,7 +100,7 @@ void OdriveMaster::receive(const Frame& frame, int64_t arrival_ns) noexcept {
 }
 
 const Measurement& OdriveMaster::measure(BusHealth health, int64_t now_ns) noexcept {
-  return supervisor_.measure(axes_, health, now_ns, now_ns);  // estimates come unasked
+  return supervisor_.measure(axes_, health, now_ns, now_ns);  // estimates come without SYNC
 }
 
 void OdriveMaster::command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept {
@@ -108,18 +109,18 @@ void OdriveMaster::command(const Command& command, int64_t now_ns, FrameBatch& o
   if (command.finish && !command.enable && known.all_disabled)
     for (OdriveAxis& axis : axes_) axis.release();
   const bool may_begin = known.all_known && !supervisor_.faulted();
-  int closing = 0;
+  int requests = 0;
   for (int i = 0; i < known.axes; ++i) {
-    const bool may_close = !axes_[i].prepared() || ++closing <= kCloseAtOnce;
-    axes_[i].drive(command.enable, may_begin, may_close, known.all_enabled,
+    const bool may_request = !axes_[i].ready_for_closed_loop() || ++requests <= kRequestsInOneCycle;
+    axes_[i].drive(command.enable, may_begin, may_request, known.all_enabled,
                    {command.position[i], command.effort[i]}, now_ns, out);
   }
 }
 
 std::string OdriveMaster::describe(const DriveFault& fault) const {
-  const std::string kind = hal::describe(fault.kind);
+  const std::string kind = name(fault.kind);
   if (fault.axis < 0 || fault.axis >= static_cast<int>(axes_.size())) return kind;
-  const std::string who = name_of(config_, fault.axis) + ": ";
+  const std::string who = label(config_, fault.axis) + ": ";
   const OdriveFirmware firmware = odrive_settings(config_).firmware;
   switch (fault.kind) {
     case FaultKind::kDriveFault:

@@ -28,9 +28,9 @@ std::array<uint32_t, 2> received_odrive_ids(const AxisConfig& axis) noexcept;
 ///
 /// A cycle's frames are one input position or torque for each axis, and the orders of those that are being
 /// enabled or disabled. Errors that are there before an axis is enabled, as after the death of a former
-/// controller, are cleared when it is; later ones need Command::reset. CANSimple has no farewell: after
-/// Command::finish the axes are idle and hear nothing, so that their watchdogs go off, which the next
-/// enabling clears.
+/// controller, are cleared when it is; later ones need Command::reset. CANSimple cannot switch a watchdog
+/// off: after Command::finish the axes are idle and receive nothing, so that their watchdogs expire. The
+/// next enabling clears that error.
 class OdriveMaster final : public DriveMaster {
  public:
   /// @throws std::invalid_argument where the configuration is not sound, see check_odrive

@@ -370,7 +370,7 @@ TEST_CASE("The state of the bus becomes a fault of the whole robot", "[unit]") {
     REQUIRE(rig.enable());
     rig.controller.set_health(health);
     rig.cycle();
-    CAPTURE(describe(kind));
+    CAPTURE(name(kind));
     CHECK(rig.measured.fault.kind == kind);
     CHECK(rig.measured.fault.axis == -1);
     rig.run_for(1'000 * kMillisecond_ns);

@@ -185,7 +185,7 @@ TEST_CASE(
   Bench bench({.friction = row.friction});
   bench.servo.set_load(row.load);
   bench.servo.limit_speed(row.limit);
-  bench.servo.push(row.force);
+  bench.servo.apply_force(row.force);
   bench.advance(500 * kMillisecond_ns);
   CHECK(bench.servo.velocity() == Approx(row.speed).margin(5e-3));
   CHECK(bench.servo.following_error() == 0);
@@ -200,7 +200,7 @@ TEST_CASE(
 TEST_CASE("An axis that pushes runs up as its inertia and friction let it", "[law]") {
   constexpr double kFriction = 0.2, kForce = 0.1;
   Bench bench({.acceleration_time = 10e-3, .friction = kFriction});
-  bench.servo.push(kForce);
+  bench.servo.apply_force(kForce);
   double error = 0;
   bench.run(0.2, [&] {
     const double t = 1e-9 * static_cast<double>(bench.now_ns);
@@ -214,11 +214,11 @@ TEST_CASE("An axis that pushes runs up as its inertia and friction let it", "[la
 TEST_CASE("A servo tells what its motor exerts, whatever it does", "[law]") {
   Bench bench;
   bench.servo.set_load(0.3);
-  bench.servo.push(0.3);
+  bench.servo.apply_force(0.3);
   bench.advance(100 * kMillisecond_ns);
   CHECK(bench.servo.force() == Approx(0.3));
   bench.servo.set_jammed(true);
-  bench.servo.push(-0.7);
+  bench.servo.apply_force(-0.7);
   bench.advance(10 * kMillisecond_ns);
   CHECK(bench.servo.force() == Approx(-0.7));
   bench.servo.set_jammed(false);
