@@ -15,7 +15,7 @@
 #include "fem/element/material.h"
 #include "fem/mesh/mesh.h"
 #include "hal/drive/master_config.h"
-#include "hal/sim/servo.h"
+#include "hal/sim/simulated_servo.h"
 #include "rt/controller.h"
 
 namespace tendril::app {

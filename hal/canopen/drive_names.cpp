@@ -14,8 +14,8 @@ SdoUpload::Status DriveNames::advance(int64_t now_ns, FrameBatch& out) noexcept 
   const SdoUpload::Status status = upload_.advance(now_ns, out);
   if (status == SdoUpload::Status::kRunning) return status;
   if (upload_.failure() == static_cast<uint32_t>(SdoAbort::kTimeout)) return SdoUpload::Status::kFailed;
-  const bool told = status == SdoUpload::Status::kDone;
-  const std::string_view text = told ? upload_.text() : std::string_view{};
+  const bool done = status == SdoUpload::Status::kDone;
+  const std::string_view text = done ? upload_.text() : std::string_view{};
   std::copy(text.begin(), text.end(), texts_[at_].begin());
   sizes_[at_] = static_cast<int>(text.size());
   if (++at_ == kCount) return SdoUpload::Status::kDone;
@@ -23,7 +23,7 @@ SdoUpload::Status DriveNames::advance(int64_t now_ns, FrameBatch& out) noexcept 
   return SdoUpload::Status::kRunning;
 }
 
-/// Fit for a log; some drives pad with blanks or zeros.
+/// Without control characters; some drives pad with blanks or zeros.
 std::string DriveNames::printable(int which) const {
   const std::string_view text(texts_[which].data(), static_cast<size_t>(sizes_[which]));
   std::string result(text.substr(0, text.find('\0')));
@@ -33,7 +33,7 @@ std::string DriveNames::printable(int which) const {
   return result;
 }
 
-std::string DriveNames::sentence() const {
+std::string DriveNames::text() const {
   const std::string device = printable(0), hardware = printable(1), software = printable(2);
   return (device.empty() ? "a drive that does not tell its name" : device) +
          (hardware.empty() ? "" : ", hardware " + hardware) +

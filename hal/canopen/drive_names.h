@@ -7,14 +7,14 @@
 
 namespace tendril::hal {
 
-/// What a drive calls itself: device name, hardware version, software version. [CiA 301, objects 1008, 1009,
-/// 100A] All are optional: a drive that refuses one has an empty text there.
+/// The names that a drive gives itself: device name, hardware version, software version. [CiA 301, objects
+/// 1008, 1009, 100A] All are optional: where a drive refuses one, its text is empty.
 class DriveNames {
  public:
-  /// As for SdoUpload.
+  /// See SdoUpload.
   DriveNames(int node, int64_t timeout_ns, int attempts) noexcept : upload_(node, timeout_ns, attempts) {}
 
-  /// Begins to ask for them. Real-time: yes.
+  /// Begins to read them. Real-time: yes.
   void start() noexcept;
 
   /// Takes in an answer of the drive. Real-time: yes.
@@ -25,14 +25,14 @@ class DriveNames {
   /// Real-time: yes (bounded, no allocation).
   SdoUpload::Status advance(int64_t now_ns, FrameBatch& out) noexcept;
 
-  /// Whether all were asked for; none is written any more then, until `start`. Real-time: yes.
+  /// Whether all were read or refused; none changes then until `start`. Real-time: yes.
   bool known() const noexcept { return at_ == kCount; }
 
-  /// The one that is asked for, until all are known. Real-time: yes.
+  /// The object that is being read, until all are known. Real-time: yes.
   ObjectAddress object() const noexcept { return {kObjects[at_], 0}; }
 
   /// "EPOS4 Module 50/5, hardware 6551, software 0170". Real-time: no (allocates).
-  std::string sentence() const;
+  std::string text() const;
 
  private:
   static constexpr int kCount = 3;

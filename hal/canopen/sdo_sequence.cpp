@@ -13,9 +13,9 @@ uint32_t value_of(std::string_view bytes) noexcept {
 
 uint32_t bits_of(int size) noexcept { return size == 0 || size >= 4 ? 0xFFFF'FFFF : (1u << (8 * size)) - 1; }
 
-bool passes_over(Tolerance tolerance, uint32_t abort) noexcept {
+bool is_tolerated(Tolerance tolerance, uint32_t abort) noexcept {
   return tolerance == Tolerance::kAny ||
-         (tolerance == Tolerance::kAbsence && abort == static_cast<uint32_t>(SdoAbort::kNoObject));
+         (tolerance == Tolerance::kMissingObject && abort == static_cast<uint32_t>(SdoAbort::kNoObject));
 }
 
 }  // namespace
@@ -30,8 +30,8 @@ void SdoSequence::start(std::span<const SdoStep> steps) noexcept {
 
 void SdoSequence::begin_step() noexcept {
   attempt_ = 0;
-  other_value_ = uploading_ = false;
-  reads_ = request().kind == SdoRequest::Kind::kRead || steps_[at_].only_if_other;
+  value_differs_ = uploading_ = false;
+  reads_ = request().kind == SdoRequest::Kind::kRead || steps_[at_].only_if_different;
 }
 
 void SdoSequence::receive(const SdoAnswer& answer) noexcept {
@@ -45,19 +45,19 @@ void SdoSequence::receive(const SdoAnswer& answer) noexcept {
 SdoSequence::Status SdoSequence::advance(int64_t now_ns, FrameBatch& out) noexcept {
   if (status_ != Status::kRunning || (uploading_ && uploads(now_ns, out))) return status_;
   if (status_ != Status::kRunning) return status_;
-  if (attempt_ > 0 && now_ns - asked_ns_ < timeout_ns_) return status_;
+  if (attempt_ > 0 && now_ns - requested_ns_ < timeout_ns_) return status_;
   if (attempt_ == attempts_) {
     status_ = Status::kFailed;
-    failure_ = other_value_ ? 0 : static_cast<uint32_t>(SdoAbort::kTimeout);
+    failure_ = value_differs_ ? 0 : static_cast<uint32_t>(SdoAbort::kTimeout);
     return status_;
   }
-  ask(now_ns, out);
+  send_request(now_ns, out);
   return status_;
 }
 
-void SdoSequence::ask(int64_t now_ns, FrameBatch& out) noexcept {
+void SdoSequence::send_request(int64_t now_ns, FrameBatch& out) noexcept {
   ++attempt_;
-  asked_ns_ = now_ns;
+  requested_ns_ = now_ns;
   uploading_ = reads_;
   if (reads_) {
     upload_.start(request().object);
@@ -67,7 +67,7 @@ void SdoSequence::ask(int64_t now_ns, FrameBatch& out) noexcept {
   }
 }
 
-/// Goes on with an upload. @return whether that takes up this turn
+/// Goes on with an upload. @return whether `advance` has nothing more to do in this call
 bool SdoSequence::uploads(int64_t now_ns, FrameBatch& out) noexcept {
   const SdoUpload::Status status = upload_.advance(now_ns, out);
   if (status == SdoUpload::Status::kRunning) return true;
@@ -76,7 +76,7 @@ bool SdoSequence::uploads(int64_t now_ns, FrameBatch& out) noexcept {
     judge(value_of(upload_.text()));
     return false;
   }
-  // What has not been answered has just been aborted, with a frame; it is asked again next time.
+  // An upload that was not answered has just been aborted with a frame; it is repeated in the next call.
   if (upload_.failure() == static_cast<uint32_t>(SdoAbort::kTimeout)) return true;
   refuse(upload_.failure());
   return false;
@@ -85,18 +85,18 @@ bool SdoSequence::uploads(int64_t now_ns, FrameBatch& out) noexcept {
 void SdoSequence::judge(uint32_t value) noexcept {
   const SdoStep& step = steps_[at_];
   found_ = value;
-  if (step.only_if_other) {
+  if (step.only_if_different) {
     if (((value ^ step.request.value) & bits_of(step.request.size)) == 0) return next_step();
     reads_ = false;
     attempt_ = 0;
   } else {
-    other_value_ = ((value ^ step.expected) & step.mask) != 0;
-    if (!other_value_) next_step();
+    value_differs_ = ((value ^ step.expected) & step.mask) != 0;
+    if (!value_differs_) next_step();
   }
 }
 
 void SdoSequence::refuse(uint32_t abort) noexcept {
-  if (passes_over(steps_[at_].tolerance, abort)) return next_step();
+  if (is_tolerated(steps_[at_].tolerance, abort)) return next_step();
   status_ = Status::kFailed;
   failure_ = abort;
 }

@@ -4,32 +4,32 @@
 #include <span>
 
 #include "hal/bus/frame_batch.h"
-#include "hal/canopen/canopen.h"
+#include "hal/canopen/sdo.h"
 #include "hal/canopen/sdo_upload.h"
 
 namespace tendril::hal {
 
-/// Which refusals of a step are passed over.
+/// Which refusals of a step are tolerated.
 enum class Tolerance : uint8_t {
   kNone,
-  kAbsence,  // the drive has no such object
+  kMissingObject,  // the drive has no such object
   kAny
 };
 
 /// One entry to write, or to read and compare.
 struct SdoStep {
   SdoRequest request;
-  uint32_t expected = 0;        // kRead: the value the drive must show,
-  uint32_t mask = 0xFFFF'FFFF;  // in these bits
-  bool only_if_other = false;   // kWrite: read first, and not written where it has the value already
+  uint32_t expected = 0;           // kRead: the value that the drive must have,
+  uint32_t mask = 0xFFFF'FFFF;     // in these bits
+  bool only_if_different = false;  // kWrite: read first, and written only if the value is different
   Tolerance tolerance = Tolerance::kNone;
 };
 
-/// Works through a list of SDO transfers with one drive, one transfer at a time, without ever waiting.
+/// An SDO client for a list of transfers with one drive, one transfer at a time. No function waits.
 ///
-/// A transfer that is not answered in time is asked again; a late answer to the first question then serves as
-/// the answer to the second. A read that shows another value than expected counts as not answered. Values are
-/// of four bytes at most, which a drive may also send in segments.
+/// A transfer that is not answered in time is repeated; a late answer to the first request then counts for
+/// the second. A read of another value than expected counts as not answered. Values have four bytes at most,
+/// which a drive may also send in segments.
 class SdoSequence {
  public:
   enum class Status : uint8_t { kRunning, kDone, kFailed };
@@ -43,17 +43,17 @@ class SdoSequence {
   /// Begins a list, which must outlive its execution. Real-time: yes.
   void start(std::span<const SdoStep> steps) noexcept;
 
-  /// Takes in an answer of the drive; one that fits no open question is ignored. Real-time: yes.
+  /// Takes in an answer of the drive; one that belongs to no open request is ignored. Real-time: yes.
   void receive(const SdoAnswer& answer) noexcept;
 
   /// Sends the next request if one is due: at most one frame. Real-time: yes (bounded, no allocation).
   Status advance(int64_t now_ns, FrameBatch& out) noexcept;
 
-  /// kFailed: the abort code, SdoAbort::kTimeout where no answer came, or 0 where a read showed another
-  /// value, see `found`. Real-time: yes.
+  /// kFailed: the abort code, SdoAbort::kTimeout where no answer came, or 0 where a read gave another value,
+  /// see `found`. Real-time: yes.
   uint32_t failure() const noexcept { return failure_; }
 
-  /// What the last read showed. Real-time: yes.
+  /// The value of the last read. Real-time: yes.
   uint32_t found() const noexcept { return found_; }
 
   /// kFailed: the step concerned. Real-time: yes.
@@ -63,7 +63,7 @@ class SdoSequence {
   const SdoRequest& request() const noexcept { return steps_[at_].request; }
   void begin_step() noexcept;
   void next_step() noexcept;
-  void ask(int64_t now_ns, FrameBatch& out) noexcept;
+  void send_request(int64_t now_ns, FrameBatch& out) noexcept;
   bool uploads(int64_t now_ns, FrameBatch& out) noexcept;
   void judge(uint32_t value) noexcept;
   void refuse(uint32_t abort) noexcept;
@@ -77,10 +77,10 @@ class SdoSequence {
   SdoUpload upload_;
   bool reads_ = false;      // the present transfer is an upload
   bool uploading_ = false;  // which has not ended
-  int attempt_ = 0;         // of the present transfer; 0: not asked yet
-  int64_t asked_ns_ = 0;
+  int attempt_ = 0;         // of the present transfer; 0: not requested yet
+  int64_t requested_ns_ = 0;
   uint32_t failure_ = 0;
-  bool other_value_ = false;
+  bool value_differs_ = false;
   uint32_t found_ = 0;
 };
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 namespace tendril::hal {
-namespace {}  // namespace
 
 void SdoUpload::start(ObjectAddress object) noexcept {
   object_ = object;
@@ -15,12 +14,12 @@ void SdoUpload::start(ObjectAddress object) noexcept {
 
 void SdoUpload::begin() noexcept {
   ++attempt_;
-  asked_ = in_segments_ = toggle_ = false;
+  awaits_answer_ = in_segments_ = toggle_ = false;
   size_ = 0;
 }
 
 void SdoUpload::receive(const SdoAnswer& answer) noexcept {
-  if (status_ != Status::kRunning || !asked_) return;
+  if (status_ != Status::kRunning || !awaits_answer_) return;
   if (answer.kind == SdoAnswer::Kind::kSegment) {
     if (in_segments_) take_segment(answer);
     return;
@@ -35,7 +34,7 @@ void SdoUpload::receive(const SdoAnswer& answer) noexcept {
     end(Status::kDone, 0);
   } else if (answer.kind == SdoAnswer::Kind::kSegmented && !in_segments_) {
     in_segments_ = true;
-    asked_ = false;
+    awaits_answer_ = false;
   }
 }
 
@@ -45,10 +44,10 @@ void SdoUpload::take_segment(const SdoAnswer& answer) noexcept {
     return end(Status::kFailed, abort_);
   }
   append(answer.segment.data(), answer.size);
-  asked_ = false;
+  awaits_answer_ = false;
   toggle_ = !toggle_;
   if (answer.last) return end(Status::kDone, 0);
-  if (answer.size == 0) {  // such segments could come for ever
+  if (answer.size == 0) {  // such segments could come without end
     abort_ = code(SdoAbort::kGeneral);
     return end(Status::kFailed, abort_);
   }
@@ -67,22 +66,22 @@ void SdoUpload::end(Status status, uint32_t failure) noexcept {
 }
 
 SdoUpload::Status SdoUpload::advance(int64_t now_ns, FrameBatch& out) noexcept {
-  if (status_ == Status::kRunning && asked_ && now_ns - asked_ns_ >= timeout_ns_) {
+  if (status_ == Status::kRunning && awaits_answer_ && now_ns - requested_ns_ >= timeout_ns_) {
     abort_ = code(SdoAbort::kTimeout);
     if (attempt_ == attempts_)
       end(Status::kFailed, abort_);
     else
       begin();
   }
-  if (abort_ != 0) {  // the drive has to forget a transfer before the next one
+  if (abort_ != 0) {  // the drive must end a transfer before the next one
     out.push(encode_sdo_request(
         node_, {.kind = SdoRequest::Kind::kAbort, .object = object_, .size = 0, .value = abort_}));
     abort_ = 0;
     return status_;
   }
-  if (status_ != Status::kRunning || asked_) return status_;
-  asked_ = true;
-  asked_ns_ = now_ns;
+  if (status_ != Status::kRunning || awaits_answer_) return status_;
+  awaits_answer_ = true;
+  requested_ns_ = now_ns;
   const auto kind = in_segments_ ? SdoRequest::Kind::kReadSegment : SdoRequest::Kind::kRead;
   out.push(
       encode_sdo_request(node_, {.kind = kind, .object = object_, .size = 0, .value = 0, .toggle = toggle_}));

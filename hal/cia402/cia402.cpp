@@ -9,15 +9,15 @@
 namespace tendril::hal {
 namespace {
 
-/// What a controlword asks for, by its bits 0-3 and 7 [CiA 402-2, table of commands].
-enum class Order { kNone, kShutdown, kSwitchOn, kEnable, kDisableVoltage, kQuickStop };
+/// The command of a controlword, by its bits 0-3 and 7 [CiA 402-2, table of commands].
+enum class PowerCommand { kNone, kShutdown, kSwitchOn, kEnable, kDisableVoltage, kQuickStop };
 
-Order order_of(uint16_t controlword) noexcept {
-  if (controlword & kFaultReset) return Order::kNone;
-  if (!(controlword & 0x02)) return Order::kDisableVoltage;
-  if (!(controlword & 0x04)) return Order::kQuickStop;
-  if (!(controlword & 0x01)) return Order::kShutdown;
-  return controlword & 0x08 ? Order::kEnable : Order::kSwitchOn;
+PowerCommand command_of(uint16_t controlword) noexcept {
+  if (controlword & kFaultReset) return PowerCommand::kNone;
+  if (!(controlword & 0x02)) return PowerCommand::kDisableVoltage;
+  if (!(controlword & 0x04)) return PowerCommand::kQuickStop;
+  if (!(controlword & 0x01)) return PowerCommand::kShutdown;
+  return controlword & 0x08 ? PowerCommand::kEnable : PowerCommand::kSwitchOn;
 }
 
 /// @tparam Value  of the second object
@@ -45,7 +45,7 @@ int64_t power_of_ten(int exponent) noexcept {
 
 }  // namespace
 
-const char* to_text(DriveState state) noexcept {
+const char* name(DriveState state) noexcept {
   switch (state) {
     case DriveState::kNotReady:
       return "not ready to switch on";
@@ -118,27 +118,28 @@ uint16_t encode_statusword(DriveState state) noexcept {
 }
 
 DriveState transition(DriveState state, uint16_t controlword, uint16_t previous) noexcept {
-  const Order order = order_of(controlword);
+  const PowerCommand command = command_of(controlword);
   switch (state) {
     case DriveState::kSwitchOnDisabled:
-      return order == Order::kShutdown ? DriveState::kReady : state;
+      return command == PowerCommand::kShutdown ? DriveState::kReady : state;
     case DriveState::kReady:
       // Transition 3 also where 0F comes at once; 4 then follows with the next controlword.
-      if (order == Order::kSwitchOn || order == Order::kEnable) return DriveState::kSwitchedOn;
+      if (command == PowerCommand::kSwitchOn || command == PowerCommand::kEnable)
+        return DriveState::kSwitchedOn;
       break;
     case DriveState::kSwitchedOn:
-      if (order == Order::kEnable) return DriveState::kEnabled;
-      if (order == Order::kShutdown) return DriveState::kReady;
+      if (command == PowerCommand::kEnable) return DriveState::kEnabled;
+      if (command == PowerCommand::kShutdown) return DriveState::kReady;
       break;
     case DriveState::kEnabled:
-      if (order == Order::kSwitchOn) return DriveState::kSwitchedOn;
-      if (order == Order::kShutdown) return DriveState::kReady;
-      if (order == Order::kQuickStop) return DriveState::kQuickStop;
-      if (order == Order::kDisableVoltage) return DriveState::kSwitchOnDisabled;
+      if (command == PowerCommand::kSwitchOn) return DriveState::kSwitchedOn;
+      if (command == PowerCommand::kShutdown) return DriveState::kReady;
+      if (command == PowerCommand::kQuickStop) return DriveState::kQuickStop;
+      if (command == PowerCommand::kDisableVoltage) return DriveState::kSwitchOnDisabled;
       return state;
     case DriveState::kQuickStop:
-      if (order == Order::kEnable) return DriveState::kEnabled;
-      return order == Order::kDisableVoltage ? DriveState::kSwitchOnDisabled : state;
+      if (command == PowerCommand::kEnable) return DriveState::kEnabled;
+      return command == PowerCommand::kDisableVoltage ? DriveState::kSwitchOnDisabled : state;
     case DriveState::kFault: {
       const bool rising = (controlword & kFaultReset) && !(previous & kFaultReset);
       return rising ? DriveState::kSwitchOnDisabled : state;
@@ -146,7 +147,7 @@ DriveState transition(DriveState state, uint16_t controlword, uint16_t previous)
     default:
       return state;  // left by the drive itself, not by a controlword
   }
-  const bool off = order == Order::kDisableVoltage || order == Order::kQuickStop;
+  const bool off = command == PowerCommand::kDisableVoltage || command == PowerCommand::kQuickStop;
   return off ? DriveState::kSwitchOnDisabled : state;
 }
 

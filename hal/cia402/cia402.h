@@ -5,7 +5,7 @@
 
 #include "hal/bus/frame.h"
 
-/// The drive profile CiA 402 as values: power state machine, PDOs and units. Everything here is pure.
+/// The drive profile CiA 402 as values: power state machine, PDOs and units. The functions keep no state.
 namespace tendril::hal {
 
 /// States of the power drive system [CiA 402-2, finite state automaton].
@@ -22,7 +22,7 @@ enum class DriveState : uint8_t {
 };
 
 /// "operation enabled" and so on. Real-time: yes.
-const char* to_text(DriveState state) noexcept;
+const char* name(DriveState state) noexcept;
 
 /// The state that a statusword (object 6041) reports. Real-time: yes.
 DriveState decode_statusword(uint16_t statusword) noexcept;
@@ -30,7 +30,7 @@ DriveState decode_statusword(uint16_t statusword) noexcept;
 /// The state bits (0-3, 5, 6) of the statusword of a state. Real-time: yes.
 uint16_t encode_statusword(DriveState state) noexcept;
 
-// Bits of the statusword that do not tell the state.
+// Bits of the statusword beside the state.
 inline constexpr uint16_t kVoltageEnabled = 1u << 4;
 inline constexpr uint16_t kRemote = 1u << 9;
 inline constexpr uint16_t kTargetReached = 1u << 10;
@@ -60,12 +60,15 @@ inline constexpr uint32_t kMapControlword = 0x6040'0010, kMapStatusword = 0x6041
                           kMapActualPosition = 0x6064'0020, kMapTargetPosition = 0x607A'0020,
                           kMapTargetTorque = 0x6071'0010;
 
+// Homing methods that search a limit switch (object 6098).
+inline constexpr int kHomingToNegativeSwitch = 17, kHomingToPositiveSwitch = 18;
+
 /// Homing methods that take the present position for the reference, without any motion (object 6098).
 constexpr bool homes_in_place(int method) noexcept { return method == 35 || method == 37; }
 
-/// Where a controlword takes a drive, one transition at a time.
+/// The state of a drive after a controlword: one transition at most.
 /// @param previous  the controlword before, for the rising edge of the fault reset
-/// @return          `state` itself where the controlword asks for nothing that is allowed there
+/// @return          `state` itself where the controlword requests nothing that is allowed there
 /// Real-time: yes.
 DriveState transition(DriveState state, uint16_t controlword, uint16_t previous) noexcept;
 
@@ -100,7 +103,7 @@ Frame encode_drive_command(uint32_t cob_id, const DriveCommand& command) noexcep
 /// Unpacks RPDO 1. @return nothing where the frame has another identifier or length. Real-time: yes.
 std::optional<DriveCommand> decode_drive_command(uint32_t cob_id, const Frame& frame) noexcept;
 
-/// The same of the RPDO for torques. Real-time: yes.
+/// Packs and unpacks the RPDO for torques in the same way. Real-time: yes.
 Frame encode_torque_command(uint32_t cob_id, const TorqueCommand& command) noexcept;
 std::optional<TorqueCommand> decode_torque_command(uint32_t cob_id, const Frame& frame) noexcept;
 
@@ -121,9 +124,9 @@ struct InterpolationPeriod {
   int64_t nanoseconds() const noexcept;
 };
 
-/// The value of 60C2 nearest to a period, and of equals the one in milliseconds, the only unit of many
-/// drives, or else with the greatest exponent. A rate whose period is no round number is met to within 2 % at
-/// worst (600 Hz: 167 · 10⁻⁵ s, 0.2 % too long).
+/// The value of 60C2 nearest to a period. Of several, the one in milliseconds, the only unit of many drives,
+/// or else the one with the greatest exponent. A period that is no round number is met to within 2 % (600
+/// Hz: 167 · 10⁻⁵ s, 0.2 % too long).
 /// @param period_ns  1 µs to 255 s
 /// Real-time: yes.
 InterpolationPeriod nearest_interpolation_period(int64_t period_ns) noexcept;

@@ -7,6 +7,7 @@
 
 #include "hal/cia402/cia402_axis.h"
 #include "hal/cia402/cia402_settings.h"
+#include "hal/drive/axis_table.h"
 #include "hal/drive/drives.h"
 #include "hal/drive/supervisor.h"
 
@@ -16,13 +17,13 @@ namespace tendril::hal {
 /// robot.
 ///
 /// A cycle's frames are: heartbeat if due, start-up frames of a few axes, the RPDOs, SYNC last, so that all
-/// drives take their targets at the same instant and answer with their positions. Drives that were found in
-/// fault, as after the death of a former controller, are cleared when they are first enabled; later faults
-/// need Command::reset.
+/// drives take their targets at the same instant and answer with their positions. The faults of drives that
+/// are in fault at the start, for example because the last controller failed, are reset when they are first
+/// enabled; later faults need Command::reset.
 ///
-/// Axes that have to find their reference are homed once every drive is there, one after the other in their
-/// order: cables pull against each other, so that two which search at once could each take the other's pull
-/// for a stop. Any fault, and Command::finish, ends the search.
+/// Axes that need homing are homed once every drive is connected, one after the other in their order: cables
+/// pull against each other, so two axes that home at once could take the pull of the other one for an end
+/// stop. Any fault, and Command::finish, ends homing.
 class Cia402Master final : public DriveMaster {
  public:
   /// @throws std::invalid_argument where the configuration is not sound, see check_cia402
@@ -43,10 +44,12 @@ class Cia402Master final : public DriveMaster {
   MasterConfig config_;
   int master_node_;
   std::vector<Cia402Axis> axes_;
+  AxisTable axis_table_;
   Supervisor supervisor_;
   int64_t next_heartbeat_ns_ = 0;
-  int64_t synced_ns_ = 0;                                 // when the last SYNC went out
-  std::array<std::atomic<bool>, kMaxAxes> identified_{};  // the axis' names are there for other threads
+  int64_t last_sync_ns_ = 0;  // when the last SYNC went out
+  std::array<std::atomic<bool>, kMaxAxes>
+      identified_{};  // the names of the axis may be read by other threads
 };
 
 }  // namespace tendril::hal

@@ -4,12 +4,13 @@
 #include <cstdio>
 #include <utility>
 
+#include "hal/canopen/canopen.h"
 #include "hal/cia402/cia402.h"
-#include "hal/cia402/cia402_drive.h"
 #include "hal/cia402/cia402_master.h"
 #include "hal/cia402/cia402_settings.h"
 #include "hal/cia402/cia402_setup.h"
-#include "hal/cia402/drive_objects.h"
+#include "hal/cia402/simulated_cia402_drive.h"
+#include "hal/cia402/simulated_drive_eds.h"
 #include "hal/sim/simulated_axis.h"
 
 namespace tendril::hal {
@@ -80,7 +81,7 @@ std::vector<FrameLayout> axis_layouts(const AxisConfig& axis, const Displacement
 }
 
 /// The share of a spec that is about torques. Without a rated torque the drive has half of what it holds.
-void set_torques(DriveSpec& spec, const AxisConfig& axis, double limit) {
+void set_torques(SimulatedCia402Spec& spec, const AxisConfig& axis, double limit) {
   if (axis.set_point == SetPoint::kEffort) spec.rpdo_target = kMapTargetTorque;
   if (!std::isfinite(limit)) return;
   const double rated =
@@ -187,26 +188,26 @@ class Cia402Protocol final : public DriveProtocol {
     const bool mapped = cia402_settings(a).mapping == Mapping::kAsFound;
     const auto share = own_settings<Cia402SimulationSettings>(actuator.own).following_error;
     const double window = share ? *share * actuator.displacement_range : SimulatedActuator::kUnlimited;
-    DriveSpec spec{.node = a.node,
-                   .pdo = cia402_settings(a).pdo,
-                   .rpdo_id = mapped ? rpdo_cob_id(a) : 0,
-                   .tpdo_id = mapped ? tpdo_cob_id(a) : 0,
-                   .top_speed = actuator.top_rate / unit,
-                   .position_counts = a.scale.to_position(actuator.displacement),
-                   .incremental = cia402_settings(a).reference == Reference::kHoming,
-                   .referenced_bit = cia402_settings(a).referenced_bit,
-                   .tuning = tuned(DriveSpec{}.tuning, actuator),
-                   .error_window = error_window(window / unit)};
+    SimulatedCia402Spec spec{.node = a.node,
+                             .pdo = cia402_settings(a).pdo,
+                             .rpdo_id = mapped ? rpdo_cob_id(a) : 0,
+                             .tpdo_id = mapped ? tpdo_cob_id(a) : 0,
+                             .top_speed = actuator.top_rate / unit,
+                             .position_counts = a.scale.to_position(actuator.displacement),
+                             .incremental = cia402_settings(a).reference == Reference::kHoming,
+                             .referenced_bit = cia402_settings(a).referenced_bit,
+                             .tuning = tuned(SimulatedCia402Spec{}.tuning, actuator),
+                             .error_window = error_window(window / unit)};
     set_torques(spec, a, std::abs(a.scale.to_torque(actuator.force_limit)));
-    return std::make_unique<SimulatedAxis<Cia402Drive>>(spec, a.scale, actuator.force_limit,
-                                                        kHeartbeatBase + static_cast<uint32_t>(a.node));
+    return std::make_unique<SimulatedAxis<SimulatedCia402Drive>>(
+        spec, a.scale, actuator.force_limit, kHeartbeatBase + static_cast<uint32_t>(a.node));
   }
 
   FaultInjection fault_injection() const override {
     return {"emcy", "its drive fails with that EMCY error code (0x1 to 0xFFFF)", 0xFFFF};
   }
 
-  std::string data_sheet() const override { return drive_eds(); }
+  std::string data_sheet() const override { return simulated_drive_eds(); }
 };
 
 }  // namespace

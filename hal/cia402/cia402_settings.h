@@ -5,28 +5,28 @@
 
 #include "hal/drive/master_config.h"
 
-/// What a configuration holds for CiA 402 drives alone.
+/// The settings of CiA 402 drives within a configuration.
 namespace tendril::hal {
 
-/// How an axis comes to know where it stands.
+/// How an axis gets its reference.
 enum class Reference : uint8_t {
-  kAbsolute,  // it has known since power-on, or from others
-  kHoming     // by the drive's own homing procedure, at the start
+  kAbsolute,  // it has one at power-on, or it is set by other means
+  kHoming     // by the homing procedure of the drive, at the start
 };
 
-/// A drive's homing procedure [CiA 402-2, homing mode]: what is not given stays as the drive has it.
+/// The homing procedure of a drive [CiA 402-2, homing mode]. What is not given stays as the drive has it.
 struct HomingConfig {
   std::optional<int8_t> method;          // 6098
   std::optional<uint32_t> speed_search;  // 6099:1, for the switch, in the drive's own unit of speed
-  std::optional<uint32_t> speed_zero;    // 6099:2, for the zero, likewise
+  std::optional<uint32_t> speed_zero;    // 6099:2, for the zero, in the drive's own unit of speed
   std::optional<uint32_t> acceleration;  // 609A, in the drive's own unit of acceleration
   int64_t timeout_ns = 60'000'000'000;   // for the whole procedure
 };
 
-/// Who sees to it that a drive's PDOs hold what is needed.
+/// Who sets up the PDO mapping of a drive.
 enum class Mapping : uint8_t {
   kConfigure,  // the master, at each start
-  kAsFound     // others; the master reads them and refuses what differs
+  kAsFound     // the maker's tool; the master reads the mapping and refuses a different one
 };
 
 /// Settings of an axis.
@@ -36,12 +36,12 @@ struct Cia402AxisSettings {
   uint32_t tpdo_id = 0;
   Mapping mapping = Mapping::kConfigure;
   Reference reference = Reference::kAbsolute;
-  int referenced_bit = -1;  // of the statusword, 0..15: set while the drive has a reference; -1: it has none
+  int referenced_bit = -1;  // of the statusword, 0..15: set while the drive has a reference; -1: no such bit
   HomingConfig homing{};
   bool homing_given = false;   // the robot file has a section for it
-  bool soft_limits = true;     // the drive is told the limits of the displacement (607D)
-  double following_error = 0;  // m or m³: the drive's own window around its target (6065); 0: what it has
-  double rated_torque = 0;     // Nm, > 0 with SetPoint::kEffort: what 1000 in 6071 is where a turn is counted
+  bool soft_limits = true;     // the limits of the displacement are written to the drive (607D)
+  double following_error = 0;  // m or m³: following-error window (6065); 0: that of the drive stays
+  double rated_torque = 0;     // Nm, > 0 with SetPoint::kEffort: 1000 in 6071, at the shaft that is counted
 };
 
 /// Settings of the bus. Durations in ns.
@@ -53,8 +53,8 @@ struct Cia402BusSettings {
 
 /// Settings of a simulated drive.
 struct Cia402SimulationSettings {
-  std::optional<double>
-      following_error;  // share of the range of displacements; none: the drive does not watch it
+  /// Following-error window, share of the range of displacements; none: the drive does not monitor it.
+  std::optional<double> following_error;
 };
 
 /// The settings within a configuration: defaults where it has none.

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <string>
 
+#include "hal/canopen/canopen.h"
 #include "hal/cia402/cia402.h"
-#include "hal/drive/range_watch.h"
+#include "hal/drive/formatted.h"
+#include "hal/drive/range_monitor.h"
 
 namespace tendril::hal {
 namespace {
@@ -21,13 +22,7 @@ uint32_t to_ms(int64_t duration_ns) {
 
 constexpr double kLargestTorque = 32.767;  // rated ones, object 6071, i16 in thousandths
 
-std::string filled_in(const char* pattern, auto... values) {
-  char text[200];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
-
-/// A drive that is commanded torques knows what they are thousandths of, and has room for the largest.
+/// With efforts the rated torque must be given, and the largest torque must fit into object 6071.
 void check_torques(const MasterConfig& config, int i) {
   const AxisConfig& axis = config.axes[i];
   const double rated = cia402_settings(axis).rated_torque;
@@ -39,12 +34,13 @@ void check_torques(const MasterConfig& config, int i) {
   if (torque > kLargestTorque * rated)
     refuse_drive(
         config, i, "rated_torque",
-        filled_in("at least %.4g Nm, as the largest effort is a torque of %.4g Nm and object 6071 holds "
+        formatted("at least %.4g Nm, as the largest effort is a torque of %.4g Nm and object 6071 holds "
                   "32.767 times the rated one",
                   torque / kLargestTorque, torque));
 }
 
-/// What an axis is told of homing has a use, and no start takes for the zero wherever the axis has got to.
+/// Homing settings need reference: homing. A method that takes the present position as zero needs a bit that
+/// says whether it has been done, so that a start does not move the zero.
 void check_reference(const MasterConfig& config, int i) {
   const Cia402AxisSettings& settings = cia402_settings(config.axes[i]);
   if (settings.referenced_bit < -1 || settings.referenced_bit > 15)
@@ -58,7 +54,7 @@ void check_reference(const MasterConfig& config, int i) {
   if (homing.method && homes_in_place(*homing.method) && settings.referenced_bit < 0)
     refuse_drive(
         config, i, "referenced_bit",
-        filled_in("the statusword bit that tells whether it has been done, as homing method %d takes "
+        formatted("the statusword bit that tells whether it has been done, as homing method %d takes "
                   "wherever the axis stands at a start for the zero",
                   static_cast<int>(*homing.method)));
 }
@@ -101,17 +97,17 @@ void check_identifiers(const MasterConfig& config) {
   claims.claim(kHeartbeatBase + master_node, "the master's heartbeat");
   for (const AxisConfig& axis : config.axes) {
     for (const uint32_t base : {kEmergencyBase, kSdoAnswerBase, kSdoRequestBase, kHeartbeatBase})
-      claims.claim(base + axis.node, to_text(axis));
-    claims.claim(rpdo_cob_id(axis), to_text(axis));
-    claims.claim(tpdo_cob_id(axis), to_text(axis));
+      claims.claim(base + axis.node, label(axis));
+    claims.claim(rpdo_cob_id(axis), label(axis));
+    claims.claim(tpdo_cob_id(axis), label(axis));
   }
-  // A sensor keeps off all that CiA 301 gives the nodes, too, whether or not they use it.
+  // No sensor may use an identifier that CiA 301 gives a node, even if the node does not use it.
   for (const AxisConfig& axis : config.axes)
     for (const uint32_t id : {rpdo_cob_id(axis), tpdo_cob_id(axis)})
-      claims.name(id, "that of a PDO of the drive of '" + axis.name + "'");
+      claims.reserve(id, "that of a PDO of the drive of '" + axis.name + "'");
   const auto name_node = [&claims](int node) {
     for (const auto& [base, name] : kPredefined)
-      claims.name(base + node, std::string(name) + " of node " + std::to_string(node));
+      claims.reserve(base + node, std::string(name) + " of node " + std::to_string(node));
   };
   for (const AxisConfig& axis : config.axes) name_node(axis.node);
   name_node(master_node);
@@ -129,7 +125,7 @@ SdoStep read(int index, int sub, uint32_t expected, uint32_t mask = 0xFFFF'FFFF)
           mask};
 }
 
-/// The mode in which a drive follows our set-points.
+/// The mode in which a drive follows the set-points of the controller.
 int8_t following_mode(const AxisConfig& axis) noexcept {
   return axis.set_point == SetPoint::kEffort ? kModeCyclicTorque : kModeCyclicPosition;
 }
@@ -140,7 +136,7 @@ uint32_t following_error_window(const AxisConfig& axis) {
   return static_cast<uint32_t>(std::clamp(std::round(counts), 1.0, double{0xFFFF'FFFE}));
 }
 
-/// Mode of operation, and the drive must say that it is in it.
+/// Mode of operation, and the drive must show it in 6061.
 void append_mode(std::vector<SdoStep>& steps, int8_t mode) {
   steps.push_back(write(0x6060, 0, 1, static_cast<uint8_t>(mode)));
   steps.push_back(read(0x6061, 0, static_cast<uint8_t>(mode)));
@@ -150,14 +146,13 @@ void append_mode(std::vector<SdoStep>& steps, int8_t mode) {
 void append_period(std::vector<SdoStep>& steps, InterpolationPeriod period) {
   for (SdoStep step :
        {write(0x60C2, 1, 1, period.value), write(0x60C2, 2, 1, static_cast<uint8_t>(period.exponent))}) {
-    step.only_if_other = true;
-    step.tolerance = Tolerance::kAbsence;
+    step.only_if_different = true;
+    step.tolerance = Tolerance::kMissingObject;
     steps.push_back(step);
   }
 }
 
-// In the COB-ID of a TPDO. Drives that serve no remote requests, and none are made, may refuse to set it to
-// 0.
+// Bit of the COB-ID of a TPDO. Tendril makes no remote requests; drives that serve none may refuse 0.
 constexpr uint32_t kNoRemoteRequest = 0x4000'0000;
 
 /// A PDO that is on and goes with every SYNC.
@@ -174,7 +169,7 @@ void append_writes(std::vector<SdoStep>& steps, const SyncedPdo& pdo) {
                              write(pdo.communication, 2, 1, 1), write(pdo.communication, 1, 4, pdo.cob_id)});
 }
 
-/// The same state, looked for.
+/// Checks for the same state.
 void append_checks(std::vector<SdoStep>& steps, const SyncedPdo& pdo) {
   steps.insert(steps.end(), {read(pdo.communication, 1, pdo.cob_id & ~kNoRemoteRequest, ~kNoRemoteRequest),
                              read(pdo.communication, 2, 1), read(pdo.mapping, 0, 2),
@@ -191,6 +186,11 @@ uint32_t rpdo_cob_id(const AxisConfig& axis) noexcept {
 uint32_t tpdo_cob_id(const AxisConfig& axis) noexcept {
   return cia402_settings(axis).tpdo_id != 0 ? cia402_settings(axis).tpdo_id
                                             : 0x100 * cia402_settings(axis).pdo + 0x80 + axis.node;
+}
+
+std::array<uint32_t, 4> received_cia402_ids(const AxisConfig& axis) noexcept {
+  const auto node = static_cast<uint32_t>(axis.node);
+  return {kEmergencyBase + node, kSdoAnswerBase + node, kHeartbeatBase + node, tpdo_cob_id(axis)};
 }
 
 void check_cia402(const MasterConfig& config) {
@@ -252,8 +252,8 @@ std::optional<SoftLimits> soft_limits(const AxisConfig& axis) {
   if (!cia402_settings(axis).soft_limits || !std::isfinite(axis.displacement_min) ||
       !std::isfinite(axis.displacement_max))
     return std::nullopt;
-  // With efforts the drive is not to give up before we do.
-  const double margin = axis.set_point == SetPoint::kEffort ? RangeWatch(axis).margin() : 0;
+  // With efforts the drive must not stop before the controller does.
+  const double margin = axis.set_point == SetPoint::kEffort ? RangeMonitor(axis).margin() : 0;
   const int32_t least = axis.scale.to_counts(axis.displacement_min - margin);
   const int32_t greatest = axis.scale.to_counts(axis.displacement_max + margin);
   return SoftLimits{std::min(least, greatest), std::max(least, greatest)};  // a reversed axis swaps them
@@ -271,7 +271,7 @@ std::vector<SdoStep> following_steps(const AxisConfig& axis) {
   std::vector<SdoStep> steps;
   append_mode(steps, following_mode(axis));
   if (const auto limits = soft_limits(axis)) {
-    // A drive that compares them refuses a least one above the greatest one that it still has: that is
+    // A drive that compares both may refuse a least limit above its present greatest one. So the least is
     // written again after the greatest.
     SdoStep least = write(kSoftLimits, 1, 4, 0);
     least.tolerance = Tolerance::kAny;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -9,19 +10,22 @@
 #include "hal/canopen/sdo_sequence.h"
 #include "hal/cia402/cia402_settings.h"
 
-/// How CiA 402 drives are set up over CANopen, and what that asks of a configuration. Real-time: no, for all
-/// of it but the COB-IDs.
+/// How CiA 402 drives are set up over CANopen, and the checks of their configuration. Real-time: no, except
+/// where a function says yes.
 namespace tendril::hal {
 
 /// The COB-IDs in force. Real-time: yes.
 uint32_t rpdo_cob_id(const AxisConfig& axis) noexcept;
 uint32_t tpdo_cob_id(const AxisConfig& axis) noexcept;
 
+/// The identifiers of the frames that a drive sends: EMCY, SDO answer, heartbeat, TPDO. Real-time: yes.
+std::array<uint32_t, 4> received_cia402_ids(const AxisConfig& axis) noexcept;
+
 /// Checks ranges, and that no two senders share an identifier.
 /// @throws std::invalid_argument with a sentence that names the axis and what is expected
 void check_cia402(const MasterConfig& config);
 
-/// What an object that is set up means, as " (the second object in RPDO 1)"; empty where its number must do.
+/// The meaning of an object that is set up: " (the second object in RPDO 1)"; empty for other objects.
 /// @param object  index << 8 | subindex
 std::string describe_set_up_object(uint32_t object);
 
@@ -31,21 +35,21 @@ std::string describe_set_up_object(uint32_t object);
 /// is configured. [CiA 301, objects 1016, 1017, 1400-1A00; CiA 402-2, objects 6060, 6061, 6065, 60C2]
 std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config);
 
-/// The entries that prepare a drive without power for its homing procedure: what is configured of it, homing
-/// mode. [CiA 402-2, objects 6098, 6099, 609A]
+/// The entries that prepare a drive without power for its homing procedure: the configured settings and
+/// homing mode. [CiA 402-2, objects 6098, 6099, 609A]
 std::vector<SdoStep> homing_steps(const AxisConfig& axis);
 
-/// The positions that a drive shall keep to by itself, counts (object 607D).
+/// The limits of the position that the drive enforces, counts (object 607D).
 struct SoftLimits {
   int32_t min = 0, max = 0;
 };
 
-/// The limits of an axis' displacement as its drive counts, with the margin of RangeWatch where it follows
-/// efforts; nothing where they are not for the drive.
+/// The limits of an axis' displacement as its drive counts, with the margin of RangeMonitor where it follows
+/// efforts; nothing where the drive gets none.
 std::optional<SoftLimits> soft_limits(const AxisConfig& axis);
 
-/// Limits that also hold for an axis which stands outside, with a hundredth of their range to spare: a drive
-/// that is enabled beyond its soft limits jumps to the nearest, or fails. Real-time: yes.
+/// Limits that also include a position outside, plus a hundredth of their range: a drive that is enabled
+/// beyond its soft limits jumps to the nearest one, or fails. Real-time: yes.
 SoftLimits widened(SoftLimits limits, int32_t position) noexcept;
 
 /// The entries that prepare a drive without power for following targets: its cyclic synchronous mode, and its
@@ -55,7 +59,7 @@ std::vector<SdoStep> following_steps(const AxisConfig& axis);
 /// Puts soft limits into such entries. Real-time: yes.
 void set_soft_limits(std::span<SdoStep> steps, SoftLimits limits) noexcept;
 
-/// The entries that let a drive go: it watches the master no more.
+/// The entries at the end of a run: the drive no longer monitors the master.
 std::vector<SdoStep> release_steps();
 
 /// The frames of a running robot, for the bus budget: PDOs, SYNC, heartbeats; without the sensors'.

@@ -18,16 +18,16 @@ namespace tendril::hal {
 class SimulatedDrive;
 struct SimulatedActuator;
 
-/// How a drive's failure is named where one is injected into a simulated robot: "fault AXIS emcy CODE".
+/// The syntax by which a fault is injected into a simulated drive: "fault AXIS emcy CODE".
 struct FaultInjection {
-  std::string_view word;    // of the protocol for its codes: "emcy"
+  std::string_view word;    // the protocol's word for its codes: "emcy"
   std::string_view effect;  // for people
   uint32_t largest_code = 0;
 };
 
-/// All that the rest of Tendril asks of a drive protocol. Each protocol is one object of this kind in a
-/// folder of its own; docs/drives.md says how to add one. Real-time: no, for all of it (allocates); what
-/// make_master and make_simulated_drive give is.
+/// The interface of a drive protocol. Each protocol is one object of this type in a folder of its own;
+/// docs/drives.md says how to add one. Real-time: no, for all functions (they allocate); the objects that
+/// make_master and make_simulated_drive return say it themselves.
 class DriveProtocol {
  public:
   virtual ~DriveProtocol() = default;
@@ -39,8 +39,8 @@ class DriveProtocol {
   /// differ from those of MasterConfig can be set here.
   virtual void read_bus(Settings& section, MasterConfig& config) const = 0;
 
-  /// Reads its own keys of the section `drive` of an actuator, among them the node; the common ones are
-  /// there.
+  /// Reads its own keys of the section `drive` of an actuator, among them the node; the common ones have been
+  /// read.
   /// @param displacement  quantity of the actuator's displacement: a length or a volume
   virtual void read_drive(Settings& section, Dimension displacement, AxisConfig& axis) const = 0;
 
@@ -52,15 +52,15 @@ class DriveProtocol {
   /// @throws SettingError; std::invalid_argument with a sentence where no single setting is wrong
   virtual void check(const MasterConfig& config) const = 0;
 
-  /// What a person must know at each start with a sound configuration, and what is worth a second look, a
+  /// What a person must know at each start with a sound configuration, and what is worth a check; one
   /// sentence each.
   virtual std::vector<std::string> warnings(const MasterConfig& /*config*/) const { return {}; }
   virtual std::vector<std::string> advice(const MasterConfig& /*config*/) const { return {}; }
 
-  /// The steps in which an axis that follows efforts is commanded them, N or Pa; 0: none that matter.
+  /// The resolution of commanded efforts of an axis that follows efforts, N or Pa; 0: none that matters.
   virtual double effort_step(const AxisConfig& /*axis*/) const { return 0; }
 
-  /// The frames of a running robot but for those of its sensors, for the bus budget.
+  /// The frames of a running robot without those of its sensors, for the bus budget.
   virtual std::vector<PeriodicFrames> periodic_frames(const MasterConfig& config) const = 0;
 
   /// The layouts of frames that belong to no drive, and of those of one drive, for a DBC.
@@ -73,7 +73,7 @@ class DriveProtocol {
   virtual std::unique_ptr<DriveMaster> make_master(const MasterConfig& config) const = 0;
 
   /// The drive's side, for one axis of a simulated robot.
-  /// @param config  as `check` wants it
+  /// @param config  one that passes `check`
   virtual std::unique_ptr<SimulatedDrive> make_simulated_drive(const MasterConfig& config, int axis,
                                                                const SimulatedActuator& actuator) const = 0;
 
@@ -98,7 +98,7 @@ std::vector<PeriodicFrames> periodic_frames(const MasterConfig& config);
 
 /// The frames of drives, controller and sensors, in the order of their owners: those of the bus, then axis by
 /// axis. Positions are in displacements, not in counts, torques in Nm.
-/// @param config  as DriveProtocol::check wants it
+/// @param config  one that passes DriveProtocol::check
 /// @param units   one an axis
 /// Real-time: no (allocates).
 std::vector<FrameLayout> frame_layouts(const MasterConfig& config,

@@ -5,7 +5,7 @@
 
 namespace tendril::hal {
 
-const char* describe(FaultKind kind) noexcept {
+const char* name(FaultKind kind) noexcept {
   switch (kind) {
     case FaultKind::kNone:
       return "no fault";
@@ -52,7 +52,7 @@ std::string describe_out_of_range(const DriveFault& fault) {
   char text[64];
   std::snprintf(text, sizeof text, ", it is %.1f %% of it %s", 0.1 * std::abs(thousandths),
                 thousandths < 0 ? "below the least" : "beyond the greatest");
-  return describe(fault.kind) + (text + std::string(": what does it pull at?"));
+  return name(fault.kind) + (text + std::string(": what does it pull at?"));
 }
 
 }  // namespace tendril::hal

@@ -19,50 +19,50 @@ inline constexpr int kMaxAxes = 32;
 enum class FaultKind : uint8_t {
   kNone,
   kConfiguration,    // a drive refused a setting or did not answer [SDO abort code; not used]
-  kUnexpectedValue,  // a drive shows another value than it must [that value; not used]
+  kUnexpectedValue,  // an object of a drive has another value than it must [that value; not used]
   kStartTimeout,     // a drive did not become operational [its NMT state; 1 once its heartbeat was heard]
   kEnableTimeout,    // a drive did not reach "operation enabled" [statusword; state and result]
   kDriveFault,       // a drive reports a fault [EMCY error code, 0 while unknown; error bits]
-  kDriveDisabled,    // a drive left "operation enabled" unasked [statusword; state and result]
+  kDriveDisabled,    // a drive left "operation enabled" by itself [statusword; state and result]
   kDriveRestarted,   // a drive left NMT operational or rebooted [its NMT state; not used]
   kOutOfRange,       // an axis that follows efforts left its range [0.1 % of it, signed; likewise]
-  kPositionJumped,   // a drive's position was another once it was enabled [not used; 0.001 rev, signed]
-  kNotReferenced,    // a drive does not know, or no longer knows, where it stands [statusword; not used]
+  kPositionJumped,   // the position of a drive changed at enabling [not used; 0.001 rev, signed]
+  kNotReferenced,    // a drive has no reference, or has lost it [statusword; not used]
   kHomingFailed,     // a drive's homing procedure ended in an error [statusword; not used]
   kHomingTimeout,    // it did not end in time [statusword; not used]
-  kHeartbeatLost,    // a drive has fallen silent [0]
-  kFeedbackLost,     // a drive lives but sends no positions [0]
+  kHeartbeatLost,    // no heartbeat of a drive [0]
+  kFeedbackLost,     // heartbeats of a drive, but no positions [0]
   kBusPassive,       // the bus is error-passive [0]
   kBusOff,           // the controller is bus-off [0]
   kBusDown           // the interface is down, or the host of a local bus is gone [0]
 };
 
 /// The kind in a few words: "heartbeat lost". Real-time: yes.
-const char* describe(FaultKind kind) noexcept;
+const char* name(FaultKind kind) noexcept;
 
-/// A latched fault. The first one is kept: what follows is mostly its consequence.
+/// A latched fault. The first one is kept: later ones are mostly its consequence.
 struct DriveFault {
   FaultKind kind = FaultKind::kNone;
   int axis = -1;          // index of the axis; -1 where the bus as a whole is meant
   uint32_t code = 0;      // see FaultKind
   uint32_t object = 0;    // kConfiguration, kUnexpectedValue with CiA 402: object index << 8 | subindex
-  uint32_t expected = 0;  // kUnexpectedValue: what it must show
+  uint32_t expected = 0;  // kUnexpectedValue: the value that it must have
 };
 
-/// A fault of kind kOutOfRange in words, without whose it is. Real-time: no (allocates).
+/// A fault of kind kOutOfRange in words, without the name of the axis. Real-time: no (allocates).
 std::string describe_out_of_range(const DriveFault& fault);
 
-/// What is known of the drives and the sensors at one instant.
+/// The state of drives and sensors at one instant.
 struct Measurement {
   int64_t stamp_ns = 0;  // instant of `measure`
   int axes = 0;
   std::array<double, kMaxAxes> position{};            // displacement, m or m³, the last that is known
   std::array<int64_t, kMaxAxes> position_stamp_ns{};  // arrival of each position; 0: none yet
-  // Every axis has its reference and has sent its position, and none was asked for it in vain for long.
+  // Every axis has its reference, and its position is younger than the feedback timeout.
   bool all_known = false;
   bool all_enabled = false;   // every drive is in "operation enabled": commanded positions are followed
   bool all_disabled = false;  // no drive is known to have its power stage on
-  bool finished = false;      // Command::finish is done: the drives are stopped and watch us no more
+  bool finished = false;      // Command::finish is done: the drives no longer monitor the controller
   DriveFault fault;           // latched until Command::reset
   SensorReadings sensors;
 };
@@ -71,7 +71,7 @@ struct Measurement {
 struct Command {
   bool enable = false;  // bring all drives to "operation enabled", or take them out of it
   bool reset = false;   // clear the latched fault and start the axes that had one afresh
-  bool finish = false;  // with `enable` false: once all are disabled, stop the drives for good
+  bool finish = false;  // with `enable` false: once all are disabled, end communication with the drives
   int axes = 0;
   std::array<double, kMaxAxes> position{};  // displacement, m or m³; used once all drives are enabled
   std::array<double, kMaxAxes>
@@ -83,7 +83,7 @@ struct AxisTarget {
   double position = 0, effort = 0;
 };
 
-/// The controller's side of a drive protocol, for all axes: a state machine that never waits.
+/// The controller's side of a drive protocol, for all axes: a state machine. No function waits.
 ///
 /// Once per control period: `receive` for every frame of the bus, then `measure`, then `command`, and its
 /// frames go out in their order. Starting the drives needs no calls of its own: it happens in these cycles,
@@ -98,7 +98,7 @@ class DriveMaster {
  public:
   virtual ~DriveMaster() = default;
 
-  /// The identifiers, see marked_id, of all frames that `receive` has a use for.
+  /// The identifiers, see marked_id, of all frames that `receive` uses.
   /// Real-time: no (allocates).
   virtual std::vector<uint32_t> identifiers() const = 0;
 
@@ -107,7 +107,7 @@ class DriveMaster {
   /// Real-time: yes (bounded, no allocation).
   virtual void receive(const Frame& frame, int64_t arrival_ns) noexcept = 0;
 
-  /// Judges time-outs and the bus and gives what is known.
+  /// Checks time-outs and the state of the bus.
   /// @param health  of the bus the frames go over
   /// @return a measurement that is valid until the next call
   /// Real-time: yes (bounded, no allocation).
@@ -122,8 +122,9 @@ class DriveMaster {
   /// Real-time: no (allocates).
   virtual std::string describe(const DriveFault& fault) const = 0;
 
-  /// What drive has answered for an axis, in one sentence for the log, where the protocol lets it tell.
-  /// @return  empty as long as it has not, or never; the same ever after
+  /// Which drive has answered for an axis, in one sentence for the log.
+  /// @return  empty until it has answered, always where the protocol has no such message; then it never
+  ///          changes
   /// Real-time: no (allocates). May be called while another thread runs the cycles.
   virtual std::string identity(int /*axis*/) const { return ""; }
 

@@ -42,7 +42,7 @@ void refuse_bus(const std::string& key, const std::string& expected) {
 }
 
 void refuse_drive(const MasterConfig& config, int axis, const std::string& key, const std::string& expected) {
-  throw SettingError(Section::kDrive, axis, to_text(config.axes[axis]) + ": ", key, expected);
+  throw SettingError(Section::kDrive, axis, label(config.axes[axis]) + ": ", key, expected);
 }
 
 void refuse_sensor(const MasterConfig& config, int sensor, const std::string& key,
@@ -51,11 +51,11 @@ void refuse_sensor(const MasterConfig& config, int sensor, const std::string& ke
                      expected);
 }
 
-std::string to_text(const AxisConfig& axis) {
+std::string label(const AxisConfig& axis) {
   return "axis '" + axis.name + "' (node " + std::to_string(axis.node) + ")";
 }
 
-std::string name_of(const MasterConfig& config, int axis) {
+std::string label(const MasterConfig& config, int axis) {
   const AxisConfig& a = config.axes[axis];
   return "axis " + std::to_string(axis) + " '" + a.name + "' (node " + std::to_string(a.node) + ")";
 }

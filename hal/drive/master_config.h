@@ -16,13 +16,13 @@ namespace tendril::hal {
 
 class DriveProtocol;
 
-/// What an axis is commanded.
+/// The quantity that is commanded to an axis.
 enum class SetPoint : uint8_t {
-  kDisplacement,  // where its actuator shall be
-  kEffort         // what its actuator shall exert, as a torque of the drive
+  kDisplacement,  // the displacement of its actuator
+  kEffort         // the effort of its actuator, as a torque of the drive
 };
 
-/// One axis as a master must know it.
+/// The configuration of one axis.
 struct AxisConfig {
   std::string name;                                                    // for people
   int node = 0;                                                        // as the protocol numbers them
@@ -30,20 +30,20 @@ struct AxisConfig {
   double displacement_min = -std::numeric_limits<double>::infinity();  // m or m³; infinite: no limit
   double displacement_max = std::numeric_limits<double>::infinity();
   SetPoint set_point = SetPoint::kDisplacement;
-  double largest_effort = 0;  // N or Pa, that it is commanded either way; 0: not known
+  double largest_effort = 0;  // N or Pa, magnitude of the largest commanded effort; 0: not known
   std::any own{};             // settings of its protocol, see own_settings
 };
 
-/// What a master must know, whatever the protocol. Durations in ns.
+/// The configuration of a master, for all protocols. Durations in ns.
 struct MasterConfig {
   const DriveProtocol* protocol = nullptr;  // of all drives on the bus
   std::vector<AxisConfig> axes{};
   int64_t period_ns = 0;                       // of the control loop
   int64_t heartbeat_ns = 50'000'000;           // between heartbeats
-  int64_t heartbeat_timeout_ns = 150'000'000;  // silence that counts as the loss of a node
-  int64_t start_timeout_ns = 1'000'000'000;    // until a drive shows that it works, without power
-  int64_t enable_timeout_ns = 3'000'000'000;   // from the wish to follow commands to the drive that does
-  int64_t feedback_timeout_ns = 50'000'000;    // without positions
+  int64_t heartbeat_timeout_ns = 150'000'000;  // without a heartbeat, until a node counts as lost
+  int64_t start_timeout_ns = 1'000'000'000;    // until a drive must be running, without power
+  int64_t enable_timeout_ns = 3'000'000'000;   // from the begin of enabling until a drive is enabled
+  int64_t feedback_timeout_ns = 50'000'000;    // without a position
   std::vector<SensorConfig> sensors{};
   std::any own{};  // settings of the protocol, see own_settings
 };
@@ -63,7 +63,7 @@ struct SettingError : std::invalid_argument {
   Section section;
   int index;  // of the drive or sensor
   std::string key;
-  std::string expected;  // in the place of what it holds, as in Settings::fail
+  std::string expected;  // what the key should hold, as in Settings::fail
 };
 
 /// Real-time: no, for all three (they throw a SettingError).
@@ -81,12 +81,13 @@ struct SettingError : std::invalid_argument {
 void check_common(const MasterConfig& config, int64_t feedback_period_ns, int node_of_master = -1);
 
 /// "axis 'north' (node 3)". Real-time: no (allocates).
-std::string to_text(const AxisConfig& axis);
+std::string label(const AxisConfig& axis);
 
 /// "axis 2 'north' (node 3)". Real-time: no (allocates).
-std::string name_of(const MasterConfig& config, int axis);
+std::string label(const MasterConfig& config, int axis);
 
-/// Who sends with which identifier: on CAN two nodes that send the same one destroy each other's frames.
+/// Which node sends with which identifier. On CAN two nodes must not send with the same one: their frames
+/// collide.
 /// Real-time: no (allocates).
 class IdentifierClaims {
  public:
@@ -95,10 +96,10 @@ class IdentifierClaims {
   /// @throws std::invalid_argument where the identifier has another user
   void claim(uint32_t id, const std::string& user);
 
-  /// Names the user of an identifier for messages about sensors, and reserves it where it is free.
-  void name(uint32_t id, const std::string& user) { users_[id] = user; }
+  /// Reserves an identifier that is free; messages about sensors then name its user.
+  void reserve(uint32_t id, const std::string& user) { users_[id] = user; }
 
-  /// For each sensor its identifier, after all others.
+  /// Claims the identifier of each sensor, after all others.
   /// @throws SettingError where it has another user
   void claim_sensors(const MasterConfig& config);
 
@@ -106,7 +107,7 @@ class IdentifierClaims {
   std::map<uint32_t, std::string> users_;
 };
 
-/// The settings of a protocol in `own`: defaults where it holds none.
+/// The settings of a protocol in `own`, a member of AxisConfig or MasterConfig; defaults where it holds none.
 /// Real-time: no (may allocate).
 template <class T>
 const T& own_settings(const std::any& own) {

@@ -40,7 +40,7 @@ struct Range {
 };
 inline constexpr Range kPositive = {.above = 0}, kNotNegative = {.at_least = 0};
 
-/// One section of a robot file, as a drive protocol reads its own keys from it. The reader of robot files
+/// One section of a robot file, from which a drive protocol reads its own keys. The reader of robot files
 /// implements it. A mistake throws an error that names file, line and key. Real-time: no, for all of it.
 class Settings {
  public:
@@ -48,7 +48,7 @@ class Settings {
 
   virtual ~Settings() = default;
 
-  /// Each reads one key. Without the key `out` keeps its value; a required key is then reported as missing.
+  /// Reads one key. Without the key `out` keeps its value; a required key is then reported as missing.
   virtual void number(std::string_view key, double& out, Dimension dimension, const Range& range = {},
                       Need need = Need::kOptional) = 0;
   virtual void whole(std::string_view key, int& out, const Range& range = {},

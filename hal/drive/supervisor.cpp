@@ -24,7 +24,7 @@ void Supervisor::latch_bus(BusHealth health) noexcept { latch({.kind = fault_of(
 void Supervisor::latch(const DriveFault& fault) noexcept {
   DriveFault& latched = measurement_.fault;
   const bool same = latched.kind == fault.kind && latched.axis == fault.axis;
-  // The same fault again may bring more, where a CiA 402 statusword was faster than the EMCY.
+  // The same fault may come again with its code, where a CiA 402 statusword was faster than the EMCY.
   if (latched.kind == FaultKind::kNone || same) latched = fault;
 }
 

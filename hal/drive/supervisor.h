@@ -9,8 +9,8 @@
 
 namespace tendril::hal {
 
-/// What all masters do alike, whatever their protocol: sums up the axes, judges the bus, listens to
-/// the sensors, and latches the first fault until it is cleared.
+/// What the masters of all protocols share: it summarises the axes, checks the bus, receives the sensors'
+/// frames and latches the first fault until it is cleared.
 /// Real-time: every function but the constructor and `identifiers` (bounded, no allocation).
 class Supervisor {
  public:
@@ -19,7 +19,7 @@ class Supervisor {
     measurement_.axes = static_cast<int>(config.axes.size());
   }
 
-  /// The identifiers that every master listens to, see marked_id. Real-time: no (allocates).
+  /// The identifiers of the sensors' frames, see marked_id. Real-time: no (allocates).
   std::vector<uint32_t> identifiers() const { return sensors_.identifiers(); }
 
   /// Takes in a frame of a sensor. @return whether it was one
@@ -27,26 +27,25 @@ class Supervisor {
     return sensors_.receive(frame, arrival_ns);
   }
 
-  /// Lets each axis judge its time-outs and gives what is known.
-  /// @tparam Axis  has supervise, position, position_stamp_ns, known, enabled, disabled, finished and fault,
-  ///               as Cia402Axis has them
-  /// @param asked_ns  when the drives were last asked for their positions, where they do not send them
-  /// unasked:
-  ///                  a pause of ours is no fault of theirs
-  /// @return       a measurement that is valid until the next call
+  /// Checks the time-outs of all axes and summarises the axes and the sensors.
+  /// @tparam Axis         has supervise, position, position_stamp_ns, known, enabled, disabled, finished and
+  ///                      fault, see Cia402Axis
+  /// @param last_sync_ns  when the last SYNC was sent: a pause of the controller is no fault of the drives;
+  ///                      `now_ns` where drives send their positions without SYNC
+  /// @return              a measurement that is valid until the next call
   template <class Axis>
   const Measurement& measure(std::vector<Axis>& axes, BusHealth health, int64_t now_ns,
-                             int64_t asked_ns) noexcept {
+                             int64_t last_sync_ns) noexcept {
     Measurement& m = measurement_;
     m.stamp_ns = now_ns;
     m.all_known = m.all_enabled = m.all_disabled = m.finished = true;
     latch_bus(health);
     for (int i = 0; i < m.axes; ++i) {
       Axis& axis = axes[i];
-      axis.supervise(now_ns, asked_ns);
+      axis.supervise(now_ns, last_sync_ns);
       m.position[i] = axis.position();
       m.position_stamp_ns[i] = axis.position_stamp_ns();
-      m.all_known = m.all_known && axis.known(asked_ns);
+      m.all_known = m.all_known && axis.known(last_sync_ns);
       m.all_enabled = m.all_enabled && axis.enabled();
       m.all_disabled = m.all_disabled && axis.disabled();
       m.finished = m.finished && axis.finished();
@@ -58,7 +57,7 @@ class Supervisor {
     return m;
   }
 
-  /// Forgets the latched fault, if there is one, and restarts the axes that have one.
+  /// Clears the latched fault, if there is one, and restarts the axes that have one.
   template <class Axis>
   void reset(std::vector<Axis>& axes) noexcept {
     if (!faulted()) return;
@@ -69,7 +68,7 @@ class Supervisor {
 
   bool faulted() const noexcept { return measurement_.fault.kind != FaultKind::kNone; }
 
-  /// What `measure` gave last.
+  /// The last result of `measure`.
   const Measurement& measurement() const noexcept { return measurement_; }
 
  private:

@@ -6,7 +6,7 @@
 namespace tendril::hal {
 namespace {
 
-// An order of a state is repeated until a heartbeat confirms it: longer than the time between two of them.
+// A request of a state is repeated until a heartbeat confirms it: longer than the time between two of them.
 constexpr int64_t kRepeat_ns = 500'000'000;
 
 }  // namespace
@@ -30,22 +30,22 @@ void OdriveAxis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
 void OdriveAxis::on_heartbeat(const OdriveHeartbeat& heartbeat, int64_t arrival_ns) noexcept {
   heartbeat_ = heartbeat;
   heartbeat_ns_ = arrival_ns;
-  if (phase_ != Phase::kClosing && phase_ != Phase::kOn) return;
+  if (phase_ != Phase::kEnteringClosedLoop && phase_ != Phase::kOn) return;
   if (heartbeat.axis_error != 0)
     fail(FaultKind::kDriveFault, heartbeat.axis_error);
-  else if (phase_ == Phase::kOn && !closed())  // with an unplugged motor that is all there is to see
-    fail(FaultKind::kDriveDisabled, packed());
+  else if (phase_ == Phase::kOn && !in_closed_loop())  // an unplugged motor shows in nothing else
+    fail(FaultKind::kDriveDisabled, fault_code());
 }
 
 void OdriveAxis::on_estimates(const OdriveEstimates& estimates, int64_t arrival_ns) noexcept {
-  if (!std::isfinite(estimates.position)) return;  // the axis does not know: silence of positions
+  if (!std::isfinite(estimates.position)) return;  // as if no position had come
   position_ = estimates.position;
   position_stamp_ns_ = arrival_ns;
-  if (phase_ == Phase::kOn && range_.left_at(position()))
-    return fail(FaultKind::kOutOfRange, static_cast<uint32_t>(range_.beyond(position())));
-  if (phase_ != Phase::kClosing || !closed()) return;
-  const double jump = position_ - held_;
-  if (std::abs(jump) > kHeldWithin) {
+  if (phase_ == Phase::kOn && range_.is_outside(position()))
+    return fail(FaultKind::kOutOfRange, static_cast<uint32_t>(range_.excess(position())));
+  if (phase_ != Phase::kEnteringClosedLoop || !in_closed_loop()) return;
+  const double jump = position_ - position_before_;
+  if (std::abs(jump) > kMaxPositionStep) {
     const double thousandths = std::clamp(std::round(1e3 * jump), -2e9, 2e9);
     return fail(FaultKind::kPositionJumped, static_cast<uint32_t>(static_cast<int32_t>(thousandths)));
   }
@@ -53,7 +53,7 @@ void OdriveAxis::on_estimates(const OdriveEstimates& estimates, int64_t arrival_
   phase_ = Phase::kOn;
 }
 
-void OdriveAxis::supervise(int64_t now_ns, int64_t asked_ns) noexcept {
+void OdriveAxis::supervise(int64_t now_ns, int64_t last_sync_ns) noexcept {
   if (stage_since_ns_ == 0) stage_since_ns_ = now_ns;
   if (stage_ == Stage::kListening) {
     if (heartbeat_ns_ != 0 && position_stamp_ns_ != 0)
@@ -63,16 +63,17 @@ void OdriveAxis::supervise(int64_t now_ns, int64_t asked_ns) noexcept {
   }
   if (stage_ != Stage::kRunning || fault_.kind != FaultKind::kNone) return;
   if (now_ns - heartbeat_ns_ > config_.heartbeat_timeout_ns) return fail(FaultKind::kHeartbeatLost, 0);
-  if (asked_ns - position_stamp_ns_ > config_.feedback_timeout_ns) return fail(FaultKind::kFeedbackLost, 0);
-  const bool enabling = phase_ == Phase::kPreparing || phase_ == Phase::kClosing;
+  if (last_sync_ns - position_stamp_ns_ > config_.feedback_timeout_ns)
+    return fail(FaultKind::kFeedbackLost, 0);
+  const bool enabling = phase_ == Phase::kPreparing || phase_ == Phase::kEnteringClosedLoop;
   if (!enabling || now_ns - enabling_since_ns_ <= config_.enable_timeout_ns) return;
   if (heartbeat_.axis_error != 0)
     fail(FaultKind::kDriveFault, heartbeat_.axis_error);
   else
-    fail(FaultKind::kEnableTimeout, packed());
+    fail(FaultKind::kEnableTimeout, fault_code());
 }
 
-void OdriveAxis::drive(bool enable, bool may_begin, bool may_close, bool all_enabled,
+void OdriveAxis::drive(bool enable, bool may_begin, bool may_request, bool all_enabled,
                        const AxisTarget& target, int64_t now_ns, FrameBatch& out) noexcept {
   if (stage_ != Stage::kRunning) return;
   if (std::isfinite(target.effort)) torque_ = scale_.to_torque(target.effort);
@@ -84,98 +85,99 @@ void OdriveAxis::drive(bool enable, bool may_begin, bool may_close, bool all_ena
   if (phase_ != Phase::kOn) following_ = false;
   switch (phase_) {
     case Phase::kOff:
-      return rest(now_ns, out);
+      return disable(now_ns, out);
     case Phase::kPreparing:
-      return prepared() && may_close ? close(now_ns, out) : prepare(now_ns, out);
-    case Phase::kClosing:
+      return ready_for_closed_loop() && may_request ? request_closed_loop(now_ns, out) : prepare(now_ns, out);
+    case Phase::kEnteringClosedLoop:
       return wait_for_closed_loop(now_ns, out);
     case Phase::kOn:
       return follow(all_enabled, target.position, out);
   }
 }
 
-/// Idle, and fed. A faulty axis is left to its watchdog: it shall not be kept alive by us.
-void OdriveAxis::rest(int64_t now_ns, FrameBatch& out) noexcept {
-  if (closed() || ordered_state_ == kOdriveClosedLoop) {
-    order(kOdriveIdle, now_ns, out);
-    if (closed()) return;  // what it holds is not known to be what it tells
+/// Brings the axis to idle and feeds its watchdog. The watchdog of a faulty axis is not fed.
+void OdriveAxis::disable(int64_t now_ns, FrameBatch& out) noexcept {
+  if (in_closed_loop() || requested_state_ == kOdriveClosedLoop) {
+    request_state(kOdriveIdle, now_ns, out);
+    if (in_closed_loop()) return;  // an input could move it: its position may be wrong
   }
-  if (fault_.kind == FaultKind::kNone) idle_input(out);
+  if (fault_.kind == FaultKind::kNone) append_idle_input(out);
 }
 
-/// Idle and without an error, whatever it was before.
+/// Brings the axis to idle and clears its errors.
 void OdriveAxis::prepare(int64_t now_ns, FrameBatch& out) noexcept {
-  if (closed()) {
-    order(kOdriveIdle, now_ns, out);
+  if (in_closed_loop()) {
+    request_state(kOdriveIdle, now_ns, out);
     return;
   }
   if (heartbeat_.axis_error != 0 && heartbeat_ns_ > cleared_ns_) {  // once a heartbeat
     out.push(encode_odrive_clear_errors(node_));
     cleared_ns_ = heartbeat_ns_;
   }
-  idle_input(out);
+  append_idle_input(out);
 }
 
-void OdriveAxis::close(int64_t now_ns, FrameBatch& out) noexcept {
-  held_ = position_;
+void OdriveAxis::request_closed_loop(int64_t now_ns, FrameBatch& out) noexcept {
+  position_before_ = position_;
   range_.begin(position());
-  push_mode(out);
+  append_mode(out);
   if (settings_.velocity_limit > 0)
     out.push(encode_odrive_limits(
         node_, {static_cast<float>(settings_.velocity_limit), static_cast<float>(settings_.current_limit)}));
   if (follows_effort_)  // before the power stage is on, so that enabling is no jump
-    push_torque(torque_, out);
+    append_torque(torque_, out);
   else
-    push_input(held_, 0, out);
-  ordered_state_ = kOdriveUndefined;
-  order(kOdriveClosedLoop, now_ns, out);
-  phase_ = Phase::kClosing;
+    append_input(position_before_, 0, out);
+  requested_state_ = kOdriveUndefined;
+  request_state(kOdriveClosedLoop, now_ns, out);
+  phase_ = Phase::kEnteringClosedLoop;
 }
 
-/// The controller mode again and again: it feeds the watchdog and moves nothing. An input position would not
-/// do, since firmware 0.5 (commit 073da34, get_encoder_estimates_callback) tells 0 for a position until
-/// closed-loop control has connected the estimator, and we would command that.
+/// Repeats the controller mode: it feeds the watchdog and moves nothing. An input position could move the
+/// axis: firmware 0.5 (commit 073da34, get_encoder_estimates_callback) sends the position 0 until
+/// closed-loop control has connected the estimator, and that position would be commanded.
 void OdriveAxis::wait_for_closed_loop(int64_t now_ns, FrameBatch& out) noexcept {
-  if (heartbeat_.state == kOdriveIdle && order(kOdriveClosedLoop, now_ns, out)) return;
-  push_mode(out);
+  if (heartbeat_.state == kOdriveIdle && request_state(kOdriveClosedLoop, now_ns, out)) return;
+  append_mode(out);
 }
 
 void OdriveAxis::follow(bool all_enabled, double displacement, FrameBatch& out) noexcept {
-  if (follows_effort_) return push_torque(torque_, out);
+  if (follows_effort_) return append_torque(torque_, out);
   following_ = following_ || all_enabled;
   const double before = target_;
   if (following_ && std::isfinite(displacement)) target_ = scale_.to_position(displacement);
-  // Without the feed-forward a moving axis lags by velocity / pos_gain, 50 ms of its way by default.
-  push_input(target_, (target_ - before) * 1e9 / static_cast<double>(config_.period_ns), out);
+  // Without the feed-forward a moving axis lags by velocity / pos_gain: by 50 ms of motion with the default.
+  append_input(target_, (target_ - before) * 1e9 / static_cast<double>(config_.period_ns), out);
 }
 
-/// Appends the order of a state, unless it was given a short while ago. @return whether it was appended
-bool OdriveAxis::order(uint8_t state, int64_t now_ns, FrameBatch& out) noexcept {
-  if (ordered_state_ == state && now_ns - ordered_ns_ < kRepeat_ns) return false;
+/// Appends the request of a state, unless it was sent less than kRepeat_ns ago. @return whether it was
+/// appended
+bool OdriveAxis::request_state(uint8_t state, int64_t now_ns, FrameBatch& out) noexcept {
+  if (requested_state_ == state && now_ns - requested_ns_ < kRepeat_ns) return false;
   out.push(encode_odrive_state(node_, state));
-  ordered_state_ = state;
-  ordered_ns_ = now_ns;
+  requested_state_ = state;
+  requested_ns_ = now_ns;
   return true;
 }
 
-/// What feeds the watchdog of an axis that is idle.
-void OdriveAxis::idle_input(FrameBatch& out) const noexcept {
+/// Feeds the watchdog of an axis that is idle.
+void OdriveAxis::append_idle_input(FrameBatch& out) const noexcept {
   if (follows_effort_)
-    push_torque(0, out);
+    append_torque(0, out);
   else
-    push_input(position_, 0, out);
+    append_input(position_, 0, out);
 }
 
-void OdriveAxis::push_mode(FrameBatch& out) const noexcept {
+void OdriveAxis::append_mode(FrameBatch& out) const noexcept {
   out.push(encode_odrive_mode(node_,
                               {.control = follows_effort_ ? kOdriveTorqueControl : kOdrivePositionControl}));
 }
 
-void OdriveAxis::push_torque(double torque, FrameBatch& out) const noexcept {
+void OdriveAxis::append_torque(double torque, FrameBatch& out) const noexcept {
   out.push(encode_odrive_torque(node_, static_cast<float>(torque)));
 }
 
-void OdriveAxis::push_input(double position, double velocity, FrameBatch& out) const noexcept {
+void OdriveAxis::append_input(double position, double velocity, FrameBatch& out) const noexcept {
   out.push(encode_odrive_input(
       node_, {.position = static_cast<float>(position), .velocity = static_cast<float>(velocity)}));
 }
@@ -188,19 +190,19 @@ void OdriveAxis::restart() noexcept {
   fault_ = {};
 }
 
-bool OdriveAxis::prepared() const noexcept {
+bool OdriveAxis::ready_for_closed_loop() const noexcept {
   return (phase_ == Phase::kOff || phase_ == Phase::kPreparing) && heartbeat_.state == kOdriveIdle &&
          heartbeat_.axis_error == 0;
 }
 
-bool OdriveAxis::known(int64_t asked_ns) const noexcept {
-  return stage_ == Stage::kRunning && asked_ns - position_stamp_ns_ <= config_.feedback_timeout_ns;
+bool OdriveAxis::known(int64_t last_sync_ns) const noexcept {
+  return stage_ == Stage::kRunning && last_sync_ns - position_stamp_ns_ <= config_.feedback_timeout_ns;
 }
 
 bool OdriveAxis::disabled() const noexcept {
-  // An axis we cannot hear has a watchdog of its own; nobody can wait for its heartbeat.
+  // An axis that sends no heartbeat is stopped by its watchdog; no heartbeat will confirm that.
   if (stage_ != Stage::kRunning || fault_.kind == FaultKind::kHeartbeatLost) return true;
-  return phase_ == Phase::kOff && ordered_state_ != kOdriveClosedLoop &&
+  return phase_ == Phase::kOff && requested_state_ != kOdriveClosedLoop &&
          (heartbeat_.state == kOdriveIdle || heartbeat_.state == kOdriveUndefined);
 }
 
@@ -211,7 +213,7 @@ void OdriveAxis::fail(FaultKind kind, uint32_t code) noexcept {
   if (kind == FaultKind::kStartTimeout) stage_ = Stage::kFailed;
 }
 
-uint32_t OdriveAxis::packed() const noexcept {
+uint32_t OdriveAxis::fault_code() const noexcept {
   return heartbeat_.state | static_cast<uint32_t>(heartbeat_.procedure_result) << 8 |
          static_cast<uint32_t>(heartbeat_.component_errors) << 16;
 }

@@ -4,29 +4,28 @@
 
 #include "hal/bus/frame_batch.h"
 #include "hal/drive/drives.h"
-#include "hal/drive/range_watch.h"
+#include "hal/drive/range_monitor.h"
 #include "hal/odrive/odrive.h"
 #include "hal/odrive/odrive_settings.h"
 
 namespace tendril::hal {
 
-/// The master's view of one ODrive axis: its way into closed-loop control and its supervision. Part of
-/// OdriveMaster.
+/// The master's view of one ODrive axis: it enables, commands and monitors the axis. Part of OdriveMaster.
 ///
-/// Stages: listen until heartbeat and position were heard, run, finish. Within the running stage a phase says
-/// what we want of the power stage and how far the axis has followed: off; preparing (errors of an earlier
-/// life are cleared); closing (closed-loop control is ordered); on.
+/// Stages: listen until a heartbeat and a position have come, run, finish. Within the running stage a phase
+/// says how far enabling is: off; preparing (old errors are cleared); entering closed-loop control (it is
+/// requested); on.
 ///
-/// CANSimple has no flag that says whether an axis has a reference: what its positions count from, those who
-/// set it up must know. It must accept closed-loop control, as it does with an absolute encoder or its index
-/// found, and its position must then be the one that it told before. Some firmware tells 0 until the first
-/// closed-loop control (see odrive_axis.cpp), so from that order until a position has come back no position
-/// is commanded, and one that differs by more than kHeldWithin is a fault. Real-time: every function but the
-/// constructor (bounded, no allocation).
+/// CANSimple has no flag that says whether an axis has a reference; the robot file must say it. The axis
+/// must accept closed-loop control, as it does with an absolute encoder or after an index search. Its
+/// position must then be the one before. Some firmware sends the position 0 until the first closed-loop
+/// control (see odrive_axis.cpp). So from the request on no position is commanded until a position has come.
+/// If that one differs by more than kMaxPositionStep, it is a fault.
+/// Real-time: every function but the constructor (bounded, no allocation).
 class OdriveAxis {
  public:
-  /// Largest step of a position at enabling that is not a fault, rev: the sag of a loaded winch.
-  static constexpr double kHeldWithin = 0.1;
+  /// Largest change of the position at enabling that is no fault, rev: a loaded winch gives way a little.
+  static constexpr double kMaxPositionStep = 0.1;
 
   /// @param config  outlives the axis
   OdriveAxis(const AxisConfig& axis, const MasterConfig& config);
@@ -35,36 +34,36 @@ class OdriveAxis {
   void receive(const Frame& frame, int64_t arrival_ns) noexcept;
 
   /// Judges the time-outs.
-  /// @param asked_ns  as Supervisor::measure has it
-  void supervise(int64_t now_ns, int64_t asked_ns) noexcept;
+  /// @param last_sync_ns  see Supervisor::measure
+  void supervise(int64_t now_ns, int64_t last_sync_ns) noexcept;
 
-  /// Appends the frames of this cycle: one input position or torque as a rule, which feeds the watchdog of
-  /// the axis too, and five at most.
+  /// Appends the frames of this cycle: as a rule one input position or torque, which also feeds the watchdog
+  /// of the axis; five at most.
   /// @param enable       whether it shall be in closed-loop control
-  /// @param may_begin    whether an axis at rest may begin to be enabled now
-  /// @param may_close    whether one that is prepared may be ordered into closed-loop control now
-  /// @param all_enabled  whether every axis is, so that targets are followed
-  void drive(bool enable, bool may_begin, bool may_close, bool all_enabled, const AxisTarget& target,
+  /// @param may_begin    whether an axis that is off may begin to be enabled now
+  /// @param may_request  whether closed-loop control may be requested now
+  /// @param all_enabled  whether every axis is enabled, so that targets are followed
+  void drive(bool enable, bool may_begin, bool may_request, bool all_enabled, const AxisTarget& target,
              int64_t now_ns, FrameBatch& out) noexcept;
 
   /// Starts afresh from listening, whatever the axis did.
   void restart() noexcept;
 
-  /// Ends the talk with an axis that is disabled.
+  /// Ends the communication with an axis that is disabled.
   void release() noexcept { stage_ = Stage::kFinished; }
 
-  /// Whether the next order, if there is one, is closed-loop control: it is off, idle and without an error.
-  bool prepared() const noexcept;
+  /// Whether the axis is off, idle and without an error, so that closed-loop control can be requested.
+  bool ready_for_closed_loop() const noexcept;
 
   bool finished() const noexcept { return stage_ == Stage::kFinished; }
 
-  /// Whether the position was at that instant younger than the feedback timeout.
-  bool known(int64_t asked_ns) const noexcept;
+  /// Whether the position was younger than the feedback timeout at that instant.
+  bool known(int64_t last_sync_ns) const noexcept;
 
-  /// Whether the axis was brought to closed-loop control and is there.
+  /// Whether the axis was brought to closed-loop control and is in it.
   bool enabled() const noexcept { return phase_ == Phase::kOn; }
 
-  /// Whether nothing is known that says the axis holds torque.
+  /// Whether nothing that is known says that the axis has power.
   bool disabled() const noexcept;
 
   /// Last known displacement, m or m³; 0 before the first.
@@ -76,30 +75,30 @@ class OdriveAxis {
   /// The fault that took the axis out of operation, until restart.
   const DriveFault& fault() const noexcept { return fault_; }
 
-  // How DriveFault::code packs what an axis told of itself when it was not in closed-loop control.
+  // What DriveFault::code holds of the last heartbeat, where the axis was not in closed-loop control.
   static uint8_t state_of(uint32_t code) noexcept { return static_cast<uint8_t>(code); }
   static uint8_t result_of(uint32_t code) noexcept { return static_cast<uint8_t>(code >> 8); }
   static uint8_t components_of(uint32_t code) noexcept { return static_cast<uint8_t>(code >> 16); }
 
  private:
   enum class Stage : uint8_t { kListening, kRunning, kFinished, kFailed };
-  enum class Phase : uint8_t { kOff, kPreparing, kClosing, kOn };
+  enum class Phase : uint8_t { kOff, kPreparing, kEnteringClosedLoop, kOn };
 
   void on_heartbeat(const OdriveHeartbeat& heartbeat, int64_t arrival_ns) noexcept;
   void on_estimates(const OdriveEstimates& estimates, int64_t arrival_ns) noexcept;
   void prepare(int64_t now_ns, FrameBatch& out) noexcept;
-  void close(int64_t now_ns, FrameBatch& out) noexcept;
+  void request_closed_loop(int64_t now_ns, FrameBatch& out) noexcept;
   void wait_for_closed_loop(int64_t now_ns, FrameBatch& out) noexcept;
   void follow(bool all_enabled, double displacement, FrameBatch& out) noexcept;
-  void idle_input(FrameBatch& out) const noexcept;
-  void rest(int64_t now_ns, FrameBatch& out) noexcept;
-  bool order(uint8_t state, int64_t now_ns, FrameBatch& out) noexcept;
-  void push_mode(FrameBatch& out) const noexcept;
-  void push_input(double position, double velocity, FrameBatch& out) const noexcept;
-  void push_torque(double torque, FrameBatch& out) const noexcept;
-  bool closed() const noexcept { return heartbeat_.state == kOdriveClosedLoop; }
+  void append_idle_input(FrameBatch& out) const noexcept;
+  void disable(int64_t now_ns, FrameBatch& out) noexcept;
+  bool request_state(uint8_t state, int64_t now_ns, FrameBatch& out) noexcept;
+  void append_mode(FrameBatch& out) const noexcept;
+  void append_input(double position, double velocity, FrameBatch& out) const noexcept;
+  void append_torque(double torque, FrameBatch& out) const noexcept;
+  bool in_closed_loop() const noexcept { return heartbeat_.state == kOdriveClosedLoop; }
   void fail(FaultKind kind, uint32_t code) noexcept;
-  uint32_t packed() const noexcept;
+  uint32_t fault_code() const noexcept;
 
   const MasterConfig& config_;
   int node_;
@@ -107,7 +106,7 @@ class OdriveAxis {
   OdriveFirmware firmware_;
   OdriveAxisSettings settings_;
   bool follows_effort_;
-  RangeWatch range_;
+  RangeMonitor range_;
 
   Stage stage_ = Stage::kListening;
   int64_t stage_since_ns_ = 0;  // 0: supervision has not begun
@@ -117,13 +116,13 @@ class OdriveAxis {
 
   Phase phase_ = Phase::kOff;
   int64_t enabling_since_ns_ = 0;
-  uint8_t ordered_state_ = kOdriveUndefined;
-  int64_t ordered_ns_ = 0;
+  uint8_t requested_state_ = kOdriveUndefined;
+  int64_t requested_ns_ = 0;
   bool following_ = false;  // targets of the controller rather than the position at enabling
 
-  double position_ = 0;            // rev, as last told
+  double position_ = 0;            // rev, the last received
   int64_t position_stamp_ns_ = 0;  // 0: position unknown
-  double held_ = 0;                // rev, told before closed-loop control was ordered
+  double position_before_ = 0;     // rev, before closed-loop control was requested
   double target_ = 0;              // rev
   double torque_ = 0;              // Nm
   DriveFault fault_;

@@ -1,14 +1,16 @@
 #include "hal/odrive/odrive_master.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
+
+#include "hal/drive/formatted.h"
 
 namespace tendril::hal {
 namespace {
 
-// Axes ordered into closed-loop control in one cycle, four frames each: a cycle's frames fit a batch.
-constexpr int kCloseAtOnce = 8;
+// Axes for which closed-loop control is requested in one cycle, four frames each: a cycle's frames fit a
+// batch.
+constexpr int kRequestsInOneCycle = 8;
 
 void check_axis(const MasterConfig& config, int i) {
   const AxisConfig& axis = config.axes[i];
@@ -16,7 +18,7 @@ void check_axis(const MasterConfig& config, int i) {
   if (axis.node < 0 || axis.node >= kOdriveNodes) refuse_drive(config, i, "node", "a node id from 0 to 63");
   if (axis.node == kOdriveUnaddressed && odrive_settings(config).firmware == OdriveFirmware::k0_6)
     refuse_drive(config, i, "node", "at most 62, as firmware 0.6 gives 63 to axes that have no address yet");
-  // The protocol cannot tell whether there is a reference, so a person must.
+  // The protocol does not report whether there is a reference, so the robot file must.
   if (!settings.counts_from_power_on)
     refuse_drive(config, i, "reference",
                  "absolute, or power_on: does the axis still know where it stands when its power was off, or "
@@ -54,10 +56,8 @@ void check_odrive(const MasterConfig& config) {
   for (const AxisConfig& axis : config.axes)
     for (uint32_t message = 0; message < 32; ++message) {
       const uint32_t id = static_cast<uint32_t>(axis.node) << 5 | message;
-      claims.claim(id, to_text(axis));
-      char text[48];
-      std::snprintf(text, sizeof text, "message 0x%02X of node %d", message, axis.node);
-      claims.name(id, text);
+      claims.claim(id, label(axis));
+      claims.reserve(id, formatted("message 0x%02X of node %d", message, axis.node));
     }
   claims.claim_sensors(config);
 }
@@ -73,8 +73,15 @@ std::vector<PeriodicFrames> odrive_frames(const MasterConfig& config) {
           {.length = 8, .rate_hz = rate_hz(config.heartbeat_ns), .count = axes}};
 }
 
+std::array<uint32_t, 2> received_odrive_ids(const AxisConfig& axis) noexcept {
+  return {odrive_id(axis.node, OdriveMessage::kHeartbeat),
+          odrive_id(axis.node, OdriveMessage::kEncoderEstimates)};
+}
+
 OdriveMaster::OdriveMaster(MasterConfig config)
-    : config_(checked_odrive(std::move(config))), supervisor_(config_) {
+    : config_(checked_odrive(std::move(config))),
+      axis_table_(config_.axes, received_odrive_ids),
+      supervisor_(config_) {
   axes_.reserve(config_.axes.size());
   for (const AxisConfig& axis : config_.axes) axes_.emplace_back(axis, config_);
 }
@@ -82,18 +89,18 @@ OdriveMaster::OdriveMaster(MasterConfig config)
 std::vector<uint32_t> OdriveMaster::identifiers() const {
   std::vector<uint32_t> ids = supervisor_.identifiers();
   for (const AxisConfig& axis : config_.axes)
-    for (const OdriveMessage message : {OdriveMessage::kHeartbeat, OdriveMessage::kEncoderEstimates})
-      ids.push_back(odrive_id(axis.node, message));
+    for (const uint32_t id : received_odrive_ids(axis)) ids.push_back(id);
   return ids;
 }
 
 void OdriveMaster::receive(const Frame& frame, int64_t arrival_ns) noexcept {
   if (supervisor_.receive_sensor(frame, arrival_ns)) return;
-  for (OdriveAxis& axis : axes_) axis.receive(frame, arrival_ns);
+  const int axis = axis_table_.find(frame);
+  if (axis != AxisTable::kNoAxis) axes_[axis].receive(frame, arrival_ns);
 }
 
 const Measurement& OdriveMaster::measure(BusHealth health, int64_t now_ns) noexcept {
-  return supervisor_.measure(axes_, health, now_ns, now_ns);  // estimates come unasked
+  return supervisor_.measure(axes_, health, now_ns, now_ns);  // estimates come without SYNC
 }
 
 void OdriveMaster::command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept {
@@ -102,24 +109,23 @@ void OdriveMaster::command(const Command& command, int64_t now_ns, FrameBatch& o
   if (command.finish && !command.enable && known.all_disabled)
     for (OdriveAxis& axis : axes_) axis.release();
   const bool may_begin = known.all_known && !supervisor_.faulted();
-  int closing = 0;
+  int requests = 0;
   for (int i = 0; i < known.axes; ++i) {
-    const bool may_close = !axes_[i].prepared() || ++closing <= kCloseAtOnce;
-    axes_[i].drive(command.enable, may_begin, may_close, known.all_enabled,
+    const bool may_request = !axes_[i].ready_for_closed_loop() || ++requests <= kRequestsInOneCycle;
+    axes_[i].drive(command.enable, may_begin, may_request, known.all_enabled,
                    {command.position[i], command.effort[i]}, now_ns, out);
   }
 }
 
 std::string OdriveMaster::describe(const DriveFault& fault) const {
-  const std::string kind = hal::describe(fault.kind);
+  const std::string kind = name(fault.kind);
   if (fault.axis < 0 || fault.axis >= static_cast<int>(axes_.size())) return kind;
-  const std::string who = name_of(config_, fault.axis) + ": ";
+  const std::string who = label(config_, fault.axis) + ": ";
   const OdriveFirmware firmware = odrive_settings(config_).firmware;
-  char text[96];
   switch (fault.kind) {
     case FaultKind::kDriveFault:
-      std::snprintf(text, sizeof text, " (axis error %08X)", fault.code);
-      return who + kind + ": " + describe_odrive_error(firmware, fault.code) + text;
+      return who + kind + ": " + describe_odrive_error(firmware, fault.code) +
+             formatted(" (axis error %08X)", fault.code);
     case FaultKind::kStartTimeout:
       return who + kind +
              (fault.code == 0 ? ", no heartbeat was heard"
@@ -134,9 +140,8 @@ std::string OdriveMaster::describe(const DriveFault& fault) const {
              "'" + result + words_of_components(OdriveAxis::components_of(fault.code));
     }
     case FaultKind::kPositionJumped:
-      std::snprintf(text, sizeof text, " by %.3f turns: has it a reference?",
-                    1e-3 * static_cast<int32_t>(fault.code));
-      return who + kind + text;
+      return who + kind +
+             formatted(" by %.3f turns: has it a reference?", 1e-3 * static_cast<int32_t>(fault.code));
     case FaultKind::kOutOfRange:
       return who + describe_out_of_range(fault);
     default:

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
 #include "hal/bus/bus_budget.h"
+#include "hal/drive/axis_table.h"
 #include "hal/drive/supervisor.h"
 #include "hal/odrive/odrive_axis.h"
 
@@ -18,13 +20,17 @@ void check_odrive(const MasterConfig& config);
 /// Real-time: no (allocates).
 std::vector<PeriodicFrames> odrive_frames(const MasterConfig& config);
 
+/// The identifiers of the frames that are received from an axis: heartbeat, encoder estimates. Real-time:
+/// yes.
+std::array<uint32_t, 2> received_odrive_ids(const AxisConfig& axis) noexcept;
+
 /// The controller's side of ODrive axes over CANSimple, all axes of a robot.
 ///
 /// A cycle's frames are one input position or torque for each axis, and the orders of those that are being
 /// enabled or disabled. Errors that are there before an axis is enabled, as after the death of a former
-/// controller, are cleared when it is; later ones need Command::reset. CANSimple has no farewell: after
-/// Command::finish the axes are idle and hear nothing, so that their watchdogs go off, which the next
-/// enabling clears.
+/// controller, are cleared when it is; later ones need Command::reset. CANSimple cannot switch a watchdog
+/// off: after Command::finish the axes are idle and receive nothing, so that their watchdogs expire. The
+/// next enabling clears that error.
 class OdriveMaster final : public DriveMaster {
  public:
   /// @throws std::invalid_argument where the configuration is not sound, see check_odrive
@@ -40,6 +46,7 @@ class OdriveMaster final : public DriveMaster {
  private:
   MasterConfig config_;
   std::vector<OdriveAxis> axes_;
+  AxisTable axis_table_;
   Supervisor supervisor_;
 };
 

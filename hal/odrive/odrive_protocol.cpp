@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "hal/odrive/odrive_drive.h"
 #include "hal/odrive/odrive_master.h"
 #include "hal/odrive/odrive_settings.h"
+#include "hal/odrive/simulated_odrive_drive.h"
 #include "hal/sim/simulated_axis.h"
 
 namespace tendril::hal {
@@ -135,17 +135,18 @@ class OdriveProtocol final : public DriveProtocol {
   std::unique_ptr<SimulatedDrive> make_simulated_drive(const MasterConfig& config, int axis,
                                                        const SimulatedActuator& actuator) const override {
     const AxisConfig& a = config.axes[axis];
-    return std::make_unique<SimulatedAxis<OdriveDrive>>(
-        OdriveSpec{.node = a.node,
-                   .firmware = odrive_settings(config).firmware,
-                   .top_speed = actuator.top_rate / std::abs(a.scale.displacement_per_count()),
-                   .position = a.scale.to_position(actuator.displacement),
-                   .tuning = tuned(OdriveSpec{}.tuning, actuator),
-                   .torque_limit = std::abs(a.scale.to_torque(actuator.force_limit)),
-                   .encoder_counts = own_settings<OdriveSimulationSettings>(actuator.own).encoder_counts,
-                   .heartbeat_ns = config.heartbeat_ns,
-                   .encoder_period_ns = odrive_settings(config).encoder_period_ns,
-                   .watchdog_ns = config.heartbeat_timeout_ns},
+    return std::make_unique<SimulatedAxis<SimulatedOdriveDrive>>(
+        SimulatedOdriveSpec{
+            .node = a.node,
+            .firmware = odrive_settings(config).firmware,
+            .top_speed = actuator.top_rate / std::abs(a.scale.displacement_per_count()),
+            .position = a.scale.to_position(actuator.displacement),
+            .tuning = tuned(SimulatedOdriveSpec{}.tuning, actuator),
+            .torque_limit = std::abs(a.scale.to_torque(actuator.force_limit)),
+            .encoder_counts = own_settings<OdriveSimulationSettings>(actuator.own).encoder_counts,
+            .heartbeat_ns = config.heartbeat_ns,
+            .encoder_period_ns = odrive_settings(config).encoder_period_ns,
+            .watchdog_ns = config.heartbeat_timeout_ns},
         a.scale, actuator.force_limit, odrive_id(a.node, OdriveMessage::kHeartbeat));
   }
 

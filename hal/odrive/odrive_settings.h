@@ -5,7 +5,7 @@
 
 #include "hal/drive/master_config.h"
 
-/// What a configuration holds for ODrive axes alone.
+/// The settings of ODrive axes within a configuration.
 namespace tendril::hal {
 
 /// Firmware families. They differ in the heartbeat's last bytes and in what the error bits mean.
@@ -15,8 +15,9 @@ enum class OdriveFirmware : uint8_t { k0_5, k0_6 };
 struct OdriveAxisSettings {
   double velocity_limit = 0;  // rev/s
   double current_limit = 0;   // A
-  std::optional<bool>
-      counts_from_power_on{};  // from wherever the axis then stood, or it knows; must be given
+  /// Whether positions count from the place of the axis at power-on; false: it has an absolute position.
+  /// Must be given.
+  std::optional<bool> counts_from_power_on{};
 };
 
 /// Settings of the bus. Durations in ns.

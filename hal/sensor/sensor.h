@@ -15,7 +15,7 @@ namespace tendril::hal {
 inline constexpr int kMaxSensors = 32;
 inline constexpr int kMaxSensorSignals = 64;
 
-/// A device that tells what it measures, all in one frame that it sends again and again. Durations in ns.
+/// A device that sends its measured values cyclically in one frame. Durations in ns.
 struct SensorConfig {
   std::string name;                  // for people
   uint32_t id = 0;                   // of its frames: 11 bits, or 29 bits where `extended`
@@ -28,17 +28,17 @@ struct SensorConfig {
   std::optional<Signal> age = {};    // s, from the measurement to the frame
 };
 
-/// What the sensors have told. Signals stand sensor by sensor in the order of the configuration.
+/// The readings of all sensors. Signals are sensor by sensor in the order of the configuration.
 struct SensorReadings {
-  std::array<double, kMaxSensorSignals> value{};  // the last that is known, in SI units
+  std::array<double, kMaxSensorSignals> value{};  // the last received, in SI units
   std::array<int64_t, kMaxSensors> stamp_ns{};    // when it was measured; 0: never
   std::array<bool, kMaxSensors> fresh{};          // measured within the sensor's timeout
   bool ready = true;                              // every required sensor is fresh
-  int lost = -1;  // index of a required sensor that is not, though it had time; -1: there is none
+  int lost = -1;  // index of a required sensor whose time-out has expired; -1: there is none
 };
 
 /// Checks sensors: how many, identifiers, rates, time-outs, and that the signals of a frame fit into it side
-/// by side. That nobody else uses an identifier is IdentifierClaims' matter.
+/// by side. IdentifierClaims checks that no other node uses an identifier.
 /// @throws std::invalid_argument with a sentence that names the sensor and what is expected
 /// Real-time: no.
 void check(const std::vector<SensorConfig>& sensors);
@@ -46,9 +46,10 @@ void check(const std::vector<SensorConfig>& sensors);
 /// "sensor 'camera': no sample younger than 100 ms". Real-time: no (allocates).
 std::string describe_loss(const SensorConfig& sensor);
 
-/// A sample as its sensor sends it.
+/// The frame of a sample as its sensor sends it.
 /// @param values  one a signal, in SI units
-/// @return nothing where one of them or the age does not fit: no sample is better than a clipped one
+/// @param age_ns  from the measurement to the frame
+/// @return        nothing where one of them or the age does not fit: no sample is better than a clipped one
 /// Real-time: yes.
 std::optional<Frame> encode_sample(const SensorConfig& sensor, std::span<const double> values,
                                    int64_t age_ns) noexcept;

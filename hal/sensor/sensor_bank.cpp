@@ -6,7 +6,7 @@
 namespace tendril::hal {
 namespace {
 
-constexpr double kOldest_s = 1e6;  // keeps what an age signal may tell within an int64 of ns
+constexpr double kOldest_s = 1e6;  // so that every age fits an int64 of ns
 
 }  // namespace
 
@@ -39,9 +39,9 @@ void SensorBank::take_in(size_t sensor, size_t first_signal, const Frame& frame,
   }
   double age_s = 0;
   if (config.age) {
-    const auto told = decode(*config.age, frame);
-    if (!told) return;
-    age_s = std::clamp(*told, 0.0, kOldest_s);
+    const auto age = decode(*config.age, frame);
+    if (!age) return;
+    age_s = std::clamp(*age, 0.0, kOldest_s);
   }
   std::copy_n(values.begin(), config.signals.size(),
               readings_.value.begin() + static_cast<std::ptrdiff_t>(first_signal));
@@ -54,12 +54,12 @@ const SensorReadings& SensorBank::judge(int64_t now_ns) noexcept {
   readings_.lost = -1;
   for (size_t s = 0; s < sensors_.size(); ++s) {
     const int64_t timeout_ns = sensors_[s].timeout_ns, stamp_ns = readings_.stamp_ns[s];
-    if (now_ns - judged_ns_ > timeout_ns) excused_ns_[s] = now_ns;
+    if (now_ns - judged_ns_ > timeout_ns) pause_end_ns_[s] = now_ns;
     readings_.fresh[s] = stamp_ns != 0 && now_ns - stamp_ns <= timeout_ns;
     if (readings_.fresh[s] || !sensors_[s].required) continue;
     readings_.ready = false;
     const bool had_time = stamp_ns == 0 ? now_ns - started_ns_ > start_timeout_ns_
-                                        : now_ns - std::max(stamp_ns, excused_ns_[s]) > timeout_ns;
+                                        : now_ns - std::max(stamp_ns, pause_end_ns_[s]) > timeout_ns;
     if (had_time && readings_.lost < 0) readings_.lost = static_cast<int>(s);
   }
   judged_ns_ = now_ns;

@@ -6,12 +6,12 @@
 
 namespace tendril::hal {
 
-/// Listens to the sensors of a robot and judges how old is what they have told.
+/// Receives the frames of a robot's sensors and checks the age of their samples.
 /// Real-time: every function but the constructor and `identifiers` (bounded, no allocation).
 class SensorBank {
  public:
-  /// @param sensors           as `check` wants them; outlive the bank
-  /// @param start_timeout_ns  until a sensor must have been heard, from the first `judge` on
+  /// @param sensors           pass `check`; outlive the bank
+  /// @param start_timeout_ns  until the first frame of a sensor must have come, from the first `judge` on
   SensorBank(const std::vector<SensorConfig>& sensors, int64_t start_timeout_ns)
       : sensors_(sensors), start_timeout_ns_(start_timeout_ns) {}
 
@@ -22,8 +22,8 @@ class SensorBank {
   /// @return whether its identifier is a sensor's
   bool receive(const Frame& frame, int64_t arrival_ns) noexcept;
 
-  /// Judges ages. A sensor is given its timeout anew where nobody judged for longer than that: a pause of
-  /// ours is no fault of its.
+  /// Checks ages. After a pause between two calls that is longer than the timeout of a sensor, that timeout
+  /// starts again: a pause of the controller is no fault of the sensor.
   /// @return valid until the next call
   const SensorReadings& judge(int64_t now_ns) noexcept;
 
@@ -33,7 +33,7 @@ class SensorBank {
   const std::vector<SensorConfig>& sensors_;
   int64_t start_timeout_ns_;
   int64_t started_ns_ = 0, judged_ns_ = 0;  // first and last `judge`; 0: none yet
-  std::array<int64_t, kMaxSensors> excused_ns_{};
+  std::array<int64_t, kMaxSensors> pause_end_ns_{};
   SensorReadings readings_;
 };
 

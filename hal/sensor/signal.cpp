@@ -12,7 +12,7 @@ namespace {
 /// Bits before the signal, counted from the most significant bit of the first byte on, as Motorola's run.
 int bits_before(const Signal& signal) noexcept { return signal.start / 8 * 8 + 7 - signal.start % 8; }
 
-/// All 64 bits of a frame as one number in which the signal's are neighbours.
+/// All 64 bits of a frame as one number, in which the bits of the signal are contiguous.
 uint64_t load(const Frame& frame, ByteOrder order) noexcept {
   uint64_t bits = 0;
   for (int i = 0; i < 8; ++i) bits = bits << 8 | frame.data[order == ByteOrder::kIntel ? 7 - i : i];

@@ -14,7 +14,7 @@ enum class ByteOrder : uint8_t {
   kMotorola  // the start bit is the most significant one, later bytes weigh less
 };
 
-/// How the bits of a signal are a number.
+/// How the bits of a signal encode a number.
 enum class SignalType : uint8_t { kUnsigned, kSigned, kFloat };
 
 /// A number in a frame, as a DBC file describes it: value = scale · number + offset.
@@ -29,13 +29,13 @@ struct Signal {
   std::string unit{};
 };
 
-/// Bytes that a frame must have to carry the signal, more than 8 where no classic frame can.
+/// Bytes that a frame must have for the signal; more than 8 where no classic frame has room.
 /// @param signal  with start and length not negative
 /// Real-time: yes.
 int bytes_needed(const Signal& signal) noexcept;
 
-/// The bits of a frame that are the signal's: byte by byte from the least significant on.
-/// @param signal  as `check` wants it
+/// The bits of a frame that belong to the signal: byte by byte from the least significant on.
+/// @param signal  one that passes `check`
 /// Real-time: yes.
 uint64_t bits_of(const Signal& signal) noexcept;
 
@@ -45,15 +45,15 @@ uint64_t bits_of(const Signal& signal) noexcept;
 void check(const Signal& signal);
 
 /// Reads a signal.
-/// @param signal  as `check` wants it
-/// @param frame   any; its identifier is the caller's matter
-/// @return        the value in the signal's unit, to a double's 53 bits; nothing where the frame is too short
+/// @param signal  one that passes `check`
+/// @param frame   any; its identifier is not checked
+/// @return        the value in the signal's unit, rounded to a double; nothing where the frame is too short
 ///                or a float in it is not finite
 /// Real-time: yes.
 std::optional<double> decode(const Signal& signal, const Frame& frame) noexcept;
 
 /// Writes a signal, rounded to its nearest count, and leaves all other bits of the frame as they are.
-/// @param signal  as `check` wants it
+/// @param signal  one that passes `check`
 /// @param frame   long enough for it
 /// @return        false, with nothing written, where the value is not finite or does not fit, or the frame is
 ///                too short

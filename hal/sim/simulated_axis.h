@@ -6,9 +6,9 @@
 
 namespace tendril::hal {
 
-/// A drive of one protocol, which counts positions and torques, as a simulated drive with an actuator behind
-/// it.
-/// @tparam Drive  has the functions called below
+/// A simulated drive of one protocol with its actuator: converts positions to displacements and efforts to
+/// loads.
+/// @tparam Drive  the simulated drive; has the functions called below
 template <class Drive>
 class SimulatedAxis final : public SimulatedDrive {
  public:

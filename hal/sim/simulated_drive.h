@@ -6,10 +6,10 @@
 
 namespace tendril::hal {
 
-/// State of a drive's power stage, whatever the protocol calls it.
+/// State of a drive's power stage, for all protocols alike.
 enum class PowerStage : uint8_t {
   kOff,
-  kOn,    // holds or moves its winch
+  kOn,    // holds or moves its actuator
   kFault  // off, and stays so until the fault is cleared
 };
 
@@ -27,10 +27,10 @@ class SimulatedDrive {
   /// Real-time: yes (bounded, no allocation).
   virtual void advance(int64_t now_ns, FrameBatch& out) noexcept = 0;
 
-  /// Displacement of the actuator behind it, m or m³. Real-time: yes.
+  /// Displacement of its actuator, m or m³. Real-time: yes.
   virtual double displacement() const noexcept = 0;
 
-  /// Lets the body pull at it from now on: a drive of limited force gives way to more than that.
+  /// Sets the load from the body. A load above the force limit drives the drive backwards.
   /// @param effort  of the actuator, N or Pa
   /// Real-time: yes.
   virtual void set_load(double effort) noexcept = 0;
@@ -38,7 +38,7 @@ class SimulatedDrive {
   /// Real-time: yes.
   virtual PowerStage power_stage() const noexcept = 0;
 
-  /// Makes the drive fail by the next `advance`, as a hot power stage would. Real-time: yes.
+  /// Makes the drive fail by the next `advance` with the error of a hot power stage. Real-time: yes.
   virtual void overheat() noexcept = 0;
 
   /// Makes the drive fail by the next `advance`.
@@ -46,11 +46,11 @@ class SimulatedDrive {
   /// Real-time: yes.
   virtual void inject_fault(uint32_t code) noexcept = 0;
 
-  /// Jams its mechanics or lets them go: while jammed the position stays, and the drive says nothing of it
-  /// but what its following-error window demands. Real-time: yes.
+  /// Jams its mechanics or releases them. While jammed the position stays, and only the following-error
+  /// window can detect it. Real-time: yes.
   virtual void set_jammed(bool jammed) noexcept = 0;
 
-  /// Keeps its heartbeats back or lets them go; all else goes on. Real-time: yes.
+  /// Suppresses its heartbeats, or sends them again; all else goes on. Real-time: yes.
   virtual void set_silent(bool silent) noexcept = 0;
 
  protected:

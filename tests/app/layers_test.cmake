@@ -44,11 +44,11 @@ tendril_layer_test(fem/body KNOWS fem/body/model.h
 tendril_layer_test(hal/bus KNOWS hal/bus/bus.h
                    MUST_NOT_KNOW hal/sensor/sensor.h hal/drive/drives.h hal/canopen/canopen.h rt/controller.h)
 tendril_layer_test(hal/drive KNOWS hal/drive/drives.h
-                   MUST_NOT_KNOW hal/canopen/canopen.h hal/cia402/cia402.h hal/odrive/odrive.h hal/sim/servo.h)
-tendril_layer_test(hal/sim KNOWS hal/sim/servo.h
+                   MUST_NOT_KNOW hal/canopen/canopen.h hal/cia402/cia402.h hal/odrive/odrive.h hal/sim/simulated_servo.h)
+tendril_layer_test(hal/sim KNOWS hal/sim/simulated_servo.h
                    MUST_NOT_KNOW hal/canopen/canopen.h hal/cia402/cia402.h hal/odrive/odrive.h)
 tendril_layer_test(hal/canopen KNOWS hal/canopen/canopen.h
-                   MUST_NOT_KNOW hal/drive/drives.h hal/cia402/cia402.h hal/sim/servo.h)
+                   MUST_NOT_KNOW hal/drive/drives.h hal/cia402/cia402.h hal/sim/simulated_servo.h)
 tendril_layer_test(hal/cia402 KNOWS hal/cia402/cia402.h
                    MUST_NOT_KNOW hal/odrive/odrive.h)
 tendril_layer_test(hal/odrive KNOWS hal/odrive/odrive.h
@@ -56,7 +56,7 @@ tendril_layer_test(hal/odrive KNOWS hal/odrive/odrive.h
 tendril_layer_test(hal/protocols KNOWS hal/protocols/drive_protocols.h
                    MUST_NOT_KNOW fem/body/model.h qp/solver.h rt/controller.h app/config/config.h)
 tendril_layer_test(rt KNOWS rt/controller.h qp/solver.h hal/drive/drives.h
-                   MUST_NOT_KNOW fem/body/model.h hal/sim/servo.h hal/cia402/cia402.h app/config/config.h)
+                   MUST_NOT_KNOW fem/body/model.h hal/sim/simulated_servo.h hal/cia402/cia402.h app/config/config.h)
 tendril_layer_test(app/config KNOWS app/config/config.h
                    MUST_NOT_KNOW app/robot/robot.h app/plant/plant.h app/daemon/daemon.h hal/cia402/cia402.h)
 tendril_layer_test(app/robot KNOWS app/robot/robot.h

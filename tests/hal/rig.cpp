@@ -59,9 +59,9 @@ SensorConfig camera(uint32_t id) {
           .age = Signal{.name = "age", .start = 48, .length = 16, .scale = 10e-6, .unit = "s"}};
 }
 
-void add_drives(const MasterConfig& config, std::vector<Cia402Drive>& drives) {
+void add_drives(const MasterConfig& config, std::vector<SimulatedCia402Drive>& drives) {
   for (const AxisConfig& axis : config.axes)
-    drives.emplace_back(DriveSpec{
+    drives.emplace_back(SimulatedCia402Spec{
         .node = axis.node,
         .pdo = cia402_settings(axis).pdo,
         .rpdo_id = cia402_settings(axis).mapping == Mapping::kAsFound ? rpdo_cob_id(axis) : 0,
@@ -73,12 +73,12 @@ void add_drives(const MasterConfig& config, std::vector<Cia402Drive>& drives) {
         .rpdo_target = axis.set_point == SetPoint::kEffort ? kMapTargetTorque : kMapTargetPosition});
 }
 
-void add_drives(const MasterConfig& config, std::vector<OdriveDrive>& drives) {
+void add_drives(const MasterConfig& config, std::vector<SimulatedOdriveDrive>& drives) {
   for (const AxisConfig& axis : config.axes)
-    drives.emplace_back(OdriveSpec{.node = axis.node,
-                                   .firmware = odrive_settings(config).firmware,
-                                   .position = 0.25 * (axis.node + 1),
-                                   .watchdog_ns = config.heartbeat_timeout_ns});
+    drives.emplace_back(SimulatedOdriveSpec{.node = axis.node,
+                                            .firmware = odrive_settings(config).firmware,
+                                            .position = 0.25 * (axis.node + 1),
+                                            .watchdog_ns = config.heartbeat_timeout_ns});
 }
 
 }  // namespace tendril::hal::test

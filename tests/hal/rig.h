@@ -5,10 +5,12 @@
 #include <vector>
 
 #include "hal/bus/virtual_bus.h"
-#include "hal/cia402/cia402_drive.h"
+#include "hal/canopen/canopen.h"
+#include "hal/canopen/emergency.h"
 #include "hal/cia402/cia402_master.h"
-#include "hal/odrive/odrive_drive.h"
+#include "hal/cia402/simulated_cia402_drive.h"
 #include "hal/odrive/odrive_master.h"
+#include "hal/odrive/simulated_odrive_drive.h"
 
 namespace tendril::hal::test {
 
@@ -28,8 +30,8 @@ MasterConfig on_efforts(MasterConfig config, int count, double range);
 SensorConfig camera(uint32_t id);
 
 /// The drives of a configuration, each at a place of its own.
-void add_drives(const MasterConfig& config, std::vector<Cia402Drive>& drives);
-void add_drives(const MasterConfig& config, std::vector<OdriveDrive>& drives);
+void add_drives(const MasterConfig& config, std::vector<SimulatedCia402Drive>& drives);
+void add_drives(const MasterConfig& config, std::vector<SimulatedOdriveDrive>& drives);
 
 /// A master and its drives on a virtual bus, with everything they say on record.
 template <class Master, class Drive>
@@ -131,7 +133,7 @@ struct RigOf {
   FrameBatch batch;
 };
 
-using Rig = RigOf<Cia402Master, Cia402Drive>;
-using OdriveRig = RigOf<OdriveMaster, OdriveDrive>;
+using Rig = RigOf<Cia402Master, SimulatedCia402Drive>;
+using OdriveRig = RigOf<OdriveMaster, SimulatedOdriveDrive>;
 
 }  // namespace tendril::hal::test

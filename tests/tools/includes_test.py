@@ -33,6 +33,24 @@ def rooms(graph):
     return folders
 
 
+def reaches_simulated(graph):
+    """Units of hal/ and rt/ that include a simulated one although they are neither simulated nor make simulated drives.
+
+    Simulated is what lies in hal/sim or has a name that begins with simulated_. The file that makes them, one for
+    each protocol, has the name of its folder and _protocol.
+    """
+    def simulated(unit):
+        return unit.startswith("hal/sim/") or Path(unit).name.startswith("simulated_")
+
+    def makes_drives(unit):
+        path = Path(unit)
+        return path.name == f"{path.parent.name}_protocol" and unit != "hal/drive/drive_protocol"
+
+    return sorted(unit for unit, names in graph.items()
+                  if unit.startswith(("hal/", "rt/")) and not simulated(unit) and not makes_drives(unit)
+                  and any(simulated(name) for name in names))
+
+
 def circle(graph):
     """The nodes of one circle, in order; none where there is no circle."""
     done = set()
@@ -67,6 +85,21 @@ class IncludesTest(unittest.TestCase):
                 with self.subTest(file=file.relative_to(ROOT).as_posix(), include=name):
                     self.assertTrue((ROOT / name).is_file())
                     self.assertNotIn("..", name)
+
+    def test_the_controllers_side_includes_no_simulated_drive(self):
+        self.assertEqual(reaches_simulated(included()), [])
+
+    def test_every_file_of_hal_sim_has_a_name_that_says_simulated(self):
+        for file in sources():
+            if file.parent == ROOT / "hal/sim":
+                self.assertTrue(file.name.startswith("simulated_"), file.name)
+
+    def test_an_include_of_a_simulated_drive_is_found(self):
+        simulated = "hal/odrive/simulated_odrive_drive"
+        self.assertEqual(reaches_simulated({
+            simulated: {"hal/sim/simulated_servo"}, "hal/odrive/odrive_protocol": {simulated},
+            "hal/odrive/odrive_axis": {simulated}, "hal/drive/drive_protocol": {"hal/sim/simulated_drive"},
+            "rt/controller": {"hal/drive/drives"}}), ["hal/drive/drive_protocol", "hal/odrive/odrive_axis"])
 
     def test_a_circle_is_found(self):
         self.assertEqual(circle({"a": {"b"}, "b": {"c"}, "c": {"b"}}), ["b", "c", "b"])

@@ -11,6 +11,8 @@
 
 #include "hal/bus/bus.h"
 #include "hal/canopen/canopen.h"
+#include "hal/canopen/emergency.h"
+#include "hal/canopen/sdo.h"
 #include "hal/cia402/cia402.h"
 
 namespace tendril::app {

@@ -8,6 +8,7 @@
 
 #include "hal/bus/open_bus.h"
 #include "hal/canopen/canopen.h"
+#include "hal/canopen/emergency.h"
 #include "hal/odrive/odrive.h"
 #include "hal/sensor/signal.h"
 #include "tests/app/program/programs.h"

@@ -102,7 +102,8 @@ TEST_CASE("A read that is not answered is aborted and asked again, as often as a
 
 TEST_CASE("A value that is there already is not written again", "[unit]") {
   for (const bool same : {false, true}) {
-    const SdoStep step{.request = {SdoRequest::Kind::kWrite, {0x60C2, 2}, 1, 0xFD}, .only_if_other = true};
+    const SdoStep step{.request = {SdoRequest::Kind::kWrite, {0x60C2, 2}, 1, 0xFD},
+                       .only_if_different = true};
     SdoSequence sequence(2, 100, 1);
     sequence.start({&step, 1});
     FrameBatch out;
@@ -120,12 +121,12 @@ TEST_CASE("A value that is there already is not written again", "[unit]") {
 }
 
 TEST_CASE("An absent object is passed over where it is optional, and no other refusal is", "[unit]") {
-  for (const bool only_if_other : {false, true})
+  for (const bool only_if_different : {false, true})
     for (const auto& [answer, status] : {std::pair{"582#80C2600200000206", SdoSequence::Status::kDone},
                                          std::pair{"582#80C2600202000106", SdoSequence::Status::kFailed}}) {
       const SdoStep step{.request = {SdoRequest::Kind::kWrite, {0x60C2, 2}, 1, 0xFD},
-                         .only_if_other = only_if_other,
-                         .tolerance = Tolerance::kAbsence};
+                         .only_if_different = only_if_different,
+                         .tolerance = Tolerance::kMissingObject};
       SdoSequence sequence(2, 100, 1);
       sequence.start({&step, 1});
       FrameBatch out;

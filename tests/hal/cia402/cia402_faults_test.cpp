@@ -162,7 +162,7 @@ TEST_CASE("A drive whose EMCY is lost, or older than we are, is asked what its f
 TEST_CASE("A drive that reboots in operation is a fault, not a silent restart", "[unit]") {
   Rig rig(config_of(2));
   REQUIRE(rig.enable());
-  rig.drives[1] = Cia402Drive({.node = 2, .position_counts = rig.drives[1].position()});
+  rig.drives[1] = SimulatedCia402Drive({.node = 2, .position_counts = rig.drives[1].position()});
   const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kDriveRestarted);
   CHECK(fault.axis == 1);
@@ -252,7 +252,7 @@ TEST_CASE("A start that is given up leaves no drive behind that watches the mast
   REQUIRE(rig.run_until([&] { return rig.measured.finished; }, 100 * kMillisecond_ns));
   rig.master_alive = false;
   rig.run_for(1'000 * kMillisecond_ns);
-  for (const Cia402Drive& drive : rig.drives) CHECK(drive.state() == DriveState::kSwitchOnDisabled);
+  for (const SimulatedCia402Drive& drive : rig.drives) CHECK(drive.state() == DriveState::kSwitchOnDisabled);
   CHECK(rig.find("082#3081110000000000") < 0);
 }
 
@@ -370,7 +370,7 @@ TEST_CASE("The state of the bus becomes a fault of the whole robot", "[unit]") {
     REQUIRE(rig.enable());
     rig.controller.set_health(health);
     rig.cycle();
-    CAPTURE(describe(kind));
+    CAPTURE(name(kind));
     CHECK(rig.measured.fault.kind == kind);
     CHECK(rig.measured.fault.axis == -1);
     rig.run_for(1'000 * kMillisecond_ns);

@@ -36,7 +36,7 @@ auto force_bits(int axis, uint16_t set, uint16_t clear) {
   };
 }
 
-bool has_power(const Cia402Drive& drive) { return drive.power_stage() == PowerStage::kOn; }
+bool has_power(const SimulatedCia402Drive& drive) { return drive.power_stage() == PowerStage::kOn; }
 
 TEST_CASE("An axis is homed before its position is known, and enabling then moves nothing", "[unit]") {
   MasterConfig config = homing_config(1);
@@ -132,7 +132,7 @@ TEST_CASE("A homing error is a fault, the axis loses its power, and the next one
   CHECK(fault.axis == 0);
   CHECK_THAT(rig.master.describe(fault), Catch::Contains("axis 0 'cable 0' (node 1): homing failed"));
   rig.run_for(1'000 * kMillisecond_ns);
-  for (const Cia402Drive& drive : rig.drives) CHECK_FALSE(has_power(drive));
+  for (const SimulatedCia402Drive& drive : rig.drives) CHECK_FALSE(has_power(drive));
   CHECK_FALSE(rig.measured.all_known);
   CHECK(rig.drives[1].position() == 2000);
 }
@@ -201,7 +201,7 @@ TEST_CASE("An axis whose drive tells that it has no reference never moves", "[un
              Catch::Contains("axis 1 'cable 1' (node 2): axis has no reference: bit 15 of its statusword"));
   rig.run_for(500 * kMillisecond_ns);
   CHECK_FALSE(rig.measured.all_known);
-  for (const Cia402Drive& drive : rig.drives) CHECK_FALSE(has_power(drive));
+  for (const SimulatedCia402Drive& drive : rig.drives) CHECK_FALSE(has_power(drive));
   rig.tamper = nullptr;  // somebody has homed it
   CHECK(rig.reset());
 }

@@ -154,7 +154,7 @@ TEST_CASE("A drive that cannot follow gives up at the window that it was told", 
   REQUIRE(rig.enable());
   CHECK(written(rig, 1, {0x6065, 0}) == std::lround(1e-3 / kCount));
   CHECK_FALSE(written(rig, 2, {0x6065, 0}));
-  for (Cia402Drive& drive : rig.drives) drive.set_jammed(true);
+  for (SimulatedCia402Drive& drive : rig.drives) drive.set_jammed(true);
   rig.follow_measured = false;
   const auto start = rig.command.position;
   for (int i = 0; i < 2; ++i) rig.command.position[i] = start[i] + 0.99e-3;

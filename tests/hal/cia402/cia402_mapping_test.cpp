@@ -77,7 +77,7 @@ TEST_CASE("A TPDO that cannot be requested is as good as one that can", "[unit]"
 
 TEST_CASE("A drive that comes without a mapping is refused where it is to stay as found", "[unit]") {
   Rig rig(as_found_config());
-  rig.drives[0] = Cia402Drive({.node = 1});
+  rig.drives[0] = SimulatedCia402Drive({.node = 1});
   CHECK(rig.fault().kind == FaultKind::kUnexpectedValue);
   CHECK(rig.measured.fault.object == 0x140001);
   CHECK(rig.measured.fault.axis == 0);

@@ -225,7 +225,7 @@ TEST_CASE("Drives are disabled by 07, 06, 00 and then let go", "[unit]") {
   REQUIRE(rig.run_until([&] { return rig.measured.finished; }));
   rig.master_alive = false;
   rig.run_for(1'000 * kMillisecond_ns);  // nobody minds that the master is gone
-  for (const Cia402Drive& drive : rig.drives) {
+  for (const SimulatedCia402Drive& drive : rig.drives) {
     CHECK(drive.nmt_state() == NmtState::kPreOperational);
     CHECK(drive.state() == DriveState::kSwitchOnDisabled);
   }

@@ -58,8 +58,8 @@ TEST_CASE("Controlwords move a drive along the arrows of CiA 402 and along no ot
       DriveState expected = from;
       for (const Arrow& arrow : arrows)
         if (arrow.from == from && arrow.word == word) expected = arrow.to;
-      CAPTURE(to_text(from), word);
-      CHECK(to_text(transition(from, word, 0)) == std::string(to_text(expected)));
+      CAPTURE(name(from), word);
+      CHECK(name(transition(from, word, 0)) == std::string(name(expected)));
     }
 }
 
@@ -81,7 +81,7 @@ TEST_CASE("From every state the controlwords lead to enabled and back", "[unit]"
         state = transition(state, word, previous);
         previous = word;
       }
-      CAPTURE(to_text(start));
+      CAPTURE(name(start));
       CHECK(state == goal);
     }
   }

@@ -41,13 +41,14 @@ struct Winches : AnyRig {
   explicit Winches(const MasterConfig& config) : AnyRig(config), axes(config.axes) {
     if constexpr (std::is_same_v<AnyRig, OdriveRig>)
       for (size_t i = 0; i < axes.size(); ++i)
-        this->drives[i] = OdriveDrive({.node = axes[i].node,
-                                       .top_speed = 15,
-                                       .position = 0.05 * static_cast<double>(i),
-                                       .tuning = {.friction = 0.2},
-                                       .torque_limit = std::abs(axes[i].scale.to_torque(kForce_N)),
-                                       .encoder_period_ns = odrive_settings(config).encoder_period_ns,
-                                       .watchdog_ns = config.heartbeat_timeout_ns});
+        this->drives[i] =
+            SimulatedOdriveDrive({.node = axes[i].node,
+                                  .top_speed = 15,
+                                  .position = 0.05 * static_cast<double>(i),
+                                  .tuning = {.friction = 0.2},
+                                  .torque_limit = std::abs(axes[i].scale.to_torque(kForce_N)),
+                                  .encoder_period_ns = odrive_settings(config).encoder_period_ns,
+                                  .watchdog_ns = config.heartbeat_timeout_ns});
   }
 
   double displacement(int i) const { return axes[i].scale.to_displacement(this->drives[i].position()); }
@@ -242,7 +243,7 @@ TEST_CASE("A mapping as found must hold the torque where the axis follows effort
     CHECK(rig.find("201#0F005000") >= 0);
   }
   Winches<Rig> rig(config);
-  rig.drives[1] = Cia402Drive({.node = 2, .rpdo_id = 0x202, .tpdo_id = 0x182});
+  rig.drives[1] = SimulatedCia402Drive({.node = 2, .rpdo_id = 0x202, .tpdo_id = 0x182});
   CHECK(rig.master.describe(rig.fault()) ==
         "axis 1 'cable 1' (node 2): drive is set up otherwise: object 1600:2 (the second object in RPDO 1) "
         "reads 0x607A0020 and must read 0x60710010");

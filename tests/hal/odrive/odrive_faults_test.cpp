@@ -155,7 +155,8 @@ TEST_CASE("An axis without a reference refuses, never moves, and the reason is t
       std::pair{OdriveFirmware::k0_5, "drive fault: invalid state (axis error 00000001)"},
       std::pair{OdriveFirmware::k0_6, "drive did not enable, it is in 'idle', result 'not calibrated'"});
   OdriveRig rig(odrive_config_of(2, firmware));
-  rig.drives[1] = OdriveDrive({.node = 1, .firmware = firmware, .position = 0.5, .calibrated = false});
+  rig.drives[1] =
+      SimulatedOdriveDrive({.node = 1, .firmware = firmware, .position = 0.5, .calibrated = false});
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
   rig.command.enable = true;
   rig.follow_measured = false;
@@ -169,8 +170,8 @@ TEST_CASE("An axis without a reference refuses, never moves, and the reason is t
 
 TEST_CASE("A position that was told wrong until closed-loop control is a fault and no motion", "[unit]") {
   OdriveRig rig(odrive_config_of(2, OdriveFirmware::k0_5));
-  rig.drives[1] =
-      OdriveDrive({.node = 1, .firmware = OdriveFirmware::k0_5, .position = 0.5, .late_estimator = true});
+  rig.drives[1] = SimulatedOdriveDrive(
+      {.node = 1, .firmware = OdriveFirmware::k0_5, .position = 0.5, .late_estimator = true});
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
   const int from = static_cast<int>(rig.traffic.size());
   rig.command.enable = true;

@@ -21,7 +21,7 @@ TEST_CASE("Positions of ODrive axes are known before anything is enabled", "[uni
   for (int i = 0; i < 4; ++i) CHECK(rig.measured.position[i] == Approx(start_of(i)));
   rig.run_for(1'000 * kMillisecond_ns);
   CHECK_FALSE(rig.faulted());
-  for (const OdriveDrive& drive : rig.drives) CHECK(drive.state() == kOdriveIdle);
+  for (const SimulatedOdriveDrive& drive : rig.drives) CHECK(drive.state() == kOdriveIdle);
 }
 
 TEST_CASE("Enabling node 2 takes the frames of CANSimple in their order", "[unit]") {
@@ -121,7 +121,7 @@ TEST_CASE("ODrive axes are disabled by the idle state, and after the farewell he
   REQUIRE(rig.run_until([&] { return rig.measured.all_disabled; }));
   CHECK(rig.find("007#01000000", from) >= 0);
   CHECK(rig.find("027#01000000", from) >= 0);
-  for (const OdriveDrive& drive : rig.drives) CHECK(drive.state() == kOdriveIdle);
+  for (const SimulatedOdriveDrive& drive : rig.drives) CHECK(drive.state() == kOdriveIdle);
   rig.command.finish = true;
   REQUIRE(rig.run_until([&] { return rig.measured.finished; }));
   rig.run_for(20 * kMillisecond_ns);

@@ -6,6 +6,8 @@
 #include <set>
 
 #include "hal/canopen/canopen.h"
+#include "hal/canopen/emergency.h"
+#include "hal/canopen/sdo.h"
 #include "hal/cia402/cia402.h"
 #include "hal/drive/drive_protocol.h"
 #include "hal/odrive/odrive.h"

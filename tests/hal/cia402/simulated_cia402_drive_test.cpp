@@ -1,11 +1,11 @@
-#include "hal/cia402/cia402_drive.h"
+#include "hal/cia402/simulated_cia402_drive.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "tests/hal/cia402/drive_bench.h"
+#include "tests/hal/cia402/simulated_drive_bench.h"
 
-namespace tendril::hal::cia402_drive_test {
+namespace tendril::hal::simulated_cia402_drive_test {
 using namespace tendril::hal::test;
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
@@ -109,7 +109,8 @@ TEST_CASE("A drive interpolates between targets over its period and not faster t
   Bench bench({.node = 2, .top_speed = 60'000, .position_counts = 500});
   bench.set_up();
   bench.enable();
-  constexpr double kTick = 42'000 * 1e-9 * Servo::kTick_ns;  // counts: its position is that of its last tick
+  constexpr double kTick =
+      42'000 * 1e-9 * SimulatedServo::kTick_ns;  // counts: its position is that of its last tick
   int32_t target = 500;
   for (int k = 0; k < 100; ++k) bench.cycle(0x0F, target += 70);  // 42 000 counts/s
   CHECK(bench.drive.position() == Approx(target).margin(kTick));
@@ -484,4 +485,4 @@ TEST_CASE("A torque has two bytes, and its unit is no entry of a TPDO", "[unit]"
   CHECK(bench.sdo("23001A0120007660") == "80001A0141000406");  // not mappable there
 }
 
-}  // namespace tendril::hal::cia402_drive_test
+}  // namespace tendril::hal::simulated_cia402_drive_test

@@ -1,17 +1,17 @@
-#include "hal/sim/servo.h"
+#include "hal/sim/simulated_servo.h"
 
 #include <algorithm>
 
 namespace tendril::hal {
 namespace {
 
-constexpr double kTick_s = 1e-9 * Servo::kTick_ns;
-constexpr std::int64_t kMostTicks = 5'000'000'000 / Servo::kTick_ns;
+constexpr double kTick_s = 1e-9 * SimulatedServo::kTick_ns;
+constexpr int64_t kMostTicks = 5'000'000'000 / SimulatedServo::kTick_ns;
 constexpr double kVelocityGain = 4;  // in position gains: critical damping
 
 }  // namespace
 
-Servo::Servo(double top_speed, const ServoTuning& tuning, double position) noexcept
+SimulatedServo::SimulatedServo(double top_speed, const ServoTuning& tuning, double position) noexcept
     : top_speed_(top_speed),
       speed_limit_(top_speed),
       tuning_(tuning),
@@ -19,15 +19,15 @@ Servo::Servo(double top_speed, const ServoTuning& tuning, double position) noexc
       set_point_(position),
       goal_(position) {}
 
-void Servo::advance(std::int64_t now_ns) noexcept {
-  const std::int64_t ticks = now_ns / kTick_ns;
+void SimulatedServo::advance(int64_t now_ns) noexcept {
+  const int64_t ticks = now_ns / kTick_ns;
   if (ticks_ < 0) ticks_ = ticks;
   ticks_ = std::max(ticks_, ticks - kMostTicks);
   while (ticks_ < ticks) tick(++ticks_ * kTick_ns);
   now_ns_ = now_ns;
 }
 
-void Servo::tick(std::int64_t now_ns) noexcept {
+void SimulatedServo::tick(int64_t now_ns) noexcept {
   const double next = set_point(now_ns);
   const double forward = fed_forward_ + (next - set_point_) / kTick_s;
   const double demand = forward + tuning_.position_gain * (set_point_ - position_);
@@ -37,13 +37,13 @@ void Servo::tick(std::int64_t now_ns) noexcept {
     velocity_ = acceleration_ = 0;
     return;
   }
-  acceleration_ = pushes_ ? acceleration_under(force_) : acceleration_towards(speed);
+  acceleration_ = force_controlled_ ? acceleration_under(force_) : acceleration_towards(speed);
   velocity_ = std::clamp(velocity_ + kTick_s * acceleration_, -top_speed_, top_speed_);
   position_ += kTick_s * velocity_;
-  if (pushes_) goal_ = set_point_ = position_;
+  if (force_controlled_) goal_ = set_point_ = position_;
 }
 
-double Servo::acceleration_towards(double speed) const noexcept {
+double SimulatedServo::acceleration_towards(double speed) const noexcept {
   const double wanted = kVelocityGain * tuning_.position_gain * (speed - velocity_);
   const double most = top_speed_ / tuning_.acceleration_time;
   const double driven = velocity_ / top_speed_;
@@ -51,8 +51,8 @@ double Servo::acceleration_towards(double speed) const noexcept {
   return std::clamp(wanted, most * std::clamp(down, -1.0, 1.0), most * std::clamp(up, -1.0, 1.0));
 }
 
-/// Beyond the speed limit the motor brakes with whatever force that takes, up to its own limit.
-double Servo::acceleration_under(double force) const noexcept {
+/// Above the speed limit the motor brakes with the force that this needs, up to its force limit.
+double SimulatedServo::acceleration_under(double force) const noexcept {
   const double most = top_speed_ / tuning_.acceleration_time, resistance = load_ + friction();
   const double wanted =
       std::clamp(most * (force - resistance), (-speed_limit_ - velocity_) / tuning_.acceleration_time,
@@ -60,46 +60,48 @@ double Servo::acceleration_under(double force) const noexcept {
   return std::clamp(wanted, most * (-1 - resistance), most * (1 - resistance));
 }
 
-double Servo::friction() const noexcept { return tuning_.friction * velocity_ / top_speed_; }
+double SimulatedServo::friction() const noexcept { return tuning_.friction * velocity_ / top_speed_; }
 
-double Servo::force() const noexcept {
+double SimulatedServo::force() const noexcept {
   if (locked_) return 0;
-  if (jammed_ && pushes_) return force_;
+  if (jammed_ && force_controlled_) return force_;
   const double inertial = acceleration_ * tuning_.acceleration_time / top_speed_;
-  return std::clamp(load_ + inertial + (pushes_ ? friction() : 0), -1.0, 1.0);
+  return std::clamp(load_ + inertial + (force_controlled_ ? friction() : 0), -1.0, 1.0);
 }
 
-double Servo::set_point(std::int64_t now_ns) const noexcept {
+double SimulatedServo::set_point(int64_t now_ns) const noexcept {
   return now_ns < arrival_ns_ ? goal_ - slope_ * 1e-9 * static_cast<double>(arrival_ns_ - now_ns) : goal_;
 }
 
-void Servo::lock() noexcept {
+void SimulatedServo::lock() noexcept {
   locked_ = true;
   velocity_ = acceleration_ = 0;
   pass_through(position_, 0);
 }
 
-void Servo::interpolate(double goal, std::int64_t duration_ns) noexcept {
+void SimulatedServo::interpolate(double goal, int64_t duration_ns) noexcept {
   slope_ = (goal - set_point(now_ns_)) / (1e-9 * static_cast<double>(duration_ns));
   goal_ = goal;
   fed_forward_ = 0;
-  pushes_ = false;
+  force_controlled_ = false;
   arrival_ns_ = now_ns_ + duration_ns;
 }
 
-void Servo::pass_through(double goal, double rate) noexcept {
+void SimulatedServo::pass_through(double goal, double rate) noexcept {
   goal_ = set_point_ = goal;
   fed_forward_ = rate;
-  pushes_ = false;
+  force_controlled_ = false;
   arrival_ns_ = now_ns_;
 }
 
-void Servo::push(double force) noexcept {
+void SimulatedServo::apply_force(double force) noexcept {
   pass_through(position_, 0);
-  pushes_ = true;
+  force_controlled_ = true;
   force_ = std::clamp(force, -1.0, 1.0);
 }
 
-void Servo::limit_speed(double speed) noexcept { speed_limit_ = std::max(0.0, std::min(top_speed_, speed)); }
+void SimulatedServo::limit_speed(double speed) noexcept {
+  speed_limit_ = std::max(0.0, std::min(top_speed_, speed));
+}
 
 }  // namespace tendril::hal

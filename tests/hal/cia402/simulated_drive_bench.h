@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "hal/cia402/cia402_drive.h"
 #include "hal/cia402/cia402_setup.h"
+#include "hal/cia402/simulated_cia402_drive.h"
 #include "tests/hal/rig.h"
 
 namespace tendril::hal::test {
@@ -14,7 +14,8 @@ using Texts = std::vector<std::string>;
 
 /// A drive, node 2, that is talked to frame by frame.
 struct Bench {
-  explicit Bench(DriveSpec spec = {.node = 2, .top_speed = 1e6, .position_counts = 500}) : drive(spec) {}
+  explicit Bench(SimulatedCia402Spec spec = {.node = 2, .top_speed = 1e6, .position_counts = 500})
+      : drive(spec) {}
 
   /// What the drive answers to a frame, as text.
   std::vector<std::string> say(const std::string& text) {
@@ -69,7 +70,7 @@ struct Bench {
     return list;
   }
 
-  Cia402Drive drive;
+  SimulatedCia402Drive drive;
   int64_t now_ns = 0;
 };
 

@@ -1,4 +1,4 @@
-#include "hal/odrive/odrive_drive.h"
+#include "hal/odrive/simulated_odrive_drive.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 #include "hal/sensor/signal.h"
 
-namespace tendril::hal::odrive_drive_test {
+namespace tendril::hal::simulated_odrive_drive_test {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 constexpr double kRunUp_s =
@@ -17,9 +17,9 @@ constexpr double kRunUp_s =
 
 /// An axis, node 2, that is talked to frame by frame.
 struct Bench {
-  explicit Bench(OdriveSpec spec = {}) : drive(at_node_2(spec)) { advance(0); }
+  explicit Bench(SimulatedOdriveSpec spec = {}) : drive(at_node_2(spec)) { advance(0); }
 
-  static OdriveSpec at_node_2(OdriveSpec spec) {
+  static SimulatedOdriveSpec at_node_2(SimulatedOdriveSpec spec) {
     spec.node = 2;
     return spec;
   }
@@ -56,7 +56,7 @@ struct Bench {
     return list;
   }
 
-  OdriveDrive drive;
+  SimulatedOdriveDrive drive;
   int64_t now_ns = 0;
 };
 
@@ -331,4 +331,4 @@ TEST_CASE("States other than idle and closed-loop control are refused", "[unit]"
   CHECK(bench.advance(100 * kMillisecond_ns).back() == "041#00000000010D0000");  // 13, invalid state
 }
 
-}  // namespace tendril::hal::odrive_drive_test
+}  // namespace tendril::hal::simulated_odrive_drive_test

@@ -1,10 +1,10 @@
-#include "hal/cia402/drive_pdos.h"
+#include "hal/cia402/simulated_pdos.h"
 
-#include "tests/hal/cia402/drive_bench.h"
+#include "tests/hal/cia402/simulated_drive_bench.h"
 
 // The PDOs of the simulated drive: what may be set up, when they go, and what they hold.
 
-namespace tendril::hal::drive_pdos_test {
+namespace tendril::hal::simulated_pdos_test {
 using namespace tendril::hal::test;
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
@@ -221,4 +221,4 @@ TEST_CASE("The error register lasts as long as its errors, and the history keeps
   CHECK(bench.sdo("403F600000000000") == "4B3F600000000000");
 }
 
-}  // namespace tendril::hal::drive_pdos_test
+}  // namespace tendril::hal::simulated_pdos_test

@@ -1,4 +1,4 @@
-#include "hal/odrive/odrive_drive.h"
+#include "hal/odrive/simulated_odrive_drive.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,19 +11,21 @@ constexpr float kRoom_C = 25, kHot_C = 121;  // a power stage gives up above 120
 
 }  // namespace
 
-OdriveDrive::OdriveDrive(const OdriveSpec& spec) noexcept
-    : spec_(spec), servo_(spec.top_speed, spec.tuning, spec.position), tells_position_(!spec.late_estimator) {
+SimulatedOdriveDrive::SimulatedOdriveDrive(const SimulatedOdriveSpec& spec) noexcept
+    : spec_(spec),
+      servo_(spec.top_speed, spec.tuning, spec.position),
+      reports_position_(!spec.late_estimator) {
   input_.position = static_cast<float>(spec.position);
 }
 
-void OdriveDrive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept {
+void SimulatedOdriveDrive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept {
   advance(now_ns, out);
   if (frame.extended || frame.id >> 5 != static_cast<uint32_t>(spec_.node)) return;
   fed_ns_ = now_ns;
-  if (const auto message = odrive_message(frame, spec_.node)) obey(*message, frame, out);
+  if (const auto message = odrive_message(frame, spec_.node)) handle(*message, frame, out);
 }
 
-void OdriveDrive::obey(OdriveMessage message, const Frame& frame, FrameBatch& out) noexcept {
+void SimulatedOdriveDrive::handle(OdriveMessage message, const Frame& frame, FrameBatch& out) noexcept {
   switch (message) {
     case OdriveMessage::kVersion:
     case OdriveMessage::kHeartbeat:
@@ -32,7 +34,7 @@ void OdriveDrive::obey(OdriveMessage message, const Frame& frame, FrameBatch& ou
     case OdriveMessage::kIq:
     case OdriveMessage::kTemperature:
     case OdriveMessage::kBusVoltageCurrent:
-      if (frame.length == 0) tell(message, out);
+      if (frame.length == 0) answer(message, out);
       break;
     case OdriveMessage::kEstop:
       inject_fault(odrive_estop_error(spec_.firmware));
@@ -61,59 +63,59 @@ void OdriveDrive::obey(OdriveMessage message, const Frame& frame, FrameBatch& ou
   }
 }
 
-/// Answers a question, unless it is one that the firmware does not know.
-void OdriveDrive::tell(OdriveMessage message, FrameBatch& out) const noexcept {
-  const bool recent = spec_.firmware == OdriveFirmware::k0_6;
-  const auto turning = static_cast<float>(torque() / spec_.torque_constant);
+/// Answers a request, unless the firmware does not have that message.
+void SimulatedOdriveDrive::answer(OdriveMessage message, FrameBatch& out) const noexcept {
+  const bool is_0_6 = spec_.firmware == OdriveFirmware::k0_6;
+  const auto iq = static_cast<float>(torque() / spec_.torque_constant);
   const double power = 2 * std::numbers::pi * torque() * servo_.velocity();
   switch (message) {
     case OdriveMessage::kEncoderEstimates:
       out.push(estimates());
       break;
     case OdriveMessage::kIq:
-      out.push(encode_odrive_iq(spec_.node, turning, turning));
+      out.push(encode_odrive_iq(spec_.node, iq, iq));
       break;
     case OdriveMessage::kBusVoltageCurrent:
       out.push(encode_odrive_supply(spec_.node, static_cast<float>(spec_.supply_voltage),
                                     static_cast<float>(power / spec_.supply_voltage)));
       break;
     case OdriveMessage::kVersion:
-      if (recent) out.push(encode_odrive_version(spec_.node, {}));
+      if (is_0_6) out.push(encode_odrive_version(spec_.node, {}));
       break;
     case OdriveMessage::kHeartbeat:
-      if (recent) out.push(heartbeat());
+      if (is_0_6) out.push(heartbeat());
       break;
     case OdriveMessage::kError:
-      if (recent) out.push(encode_odrive_error(spec_.node, error_, disarm_reason_));
+      if (is_0_6) out.push(encode_odrive_error(spec_.node, error_, disarm_reason_));
       break;
     case OdriveMessage::kTemperature:
-      if (recent) out.push(encode_odrive_temperature(spec_.node, too_hot() ? kHot_C : kRoom_C, kRoom_C));
+      if (is_0_6) out.push(encode_odrive_temperature(spec_.node, is_too_hot() ? kHot_C : kRoom_C, kRoom_C));
       break;
     default:
       break;
   }
 }
 
-void OdriveDrive::request_state(uint32_t state) noexcept {
+void SimulatedOdriveDrive::request_state(uint32_t state) noexcept {
   if (state == kOdriveIdle) {
     state_ = kOdriveIdle;
     result_ = kOdriveSuccess;
   } else if (state != kOdriveClosedLoop) {
-    refuse(kOdriveInvalidState);
+    refuse_state(kOdriveInvalidState);
   } else if (!spec_.calibrated) {
-    refuse(kOdriveNotCalibrated);
+    refuse_state(kOdriveNotCalibrated);
   } else if (error_ != 0) {
-    refuse(kOdriveDisarmed);
+    refuse_state(kOdriveDisarmed);
   } else {
-    if (!tells_position_) input_ = {.position = static_cast<float>(servo_.position())};
-    tells_position_ = true;
+    if (!reports_position_) input_ = {.position = static_cast<float>(servo_.position())};
+    reports_position_ = true;
     state_ = kOdriveClosedLoop;
     result_ = kOdriveSuccess;
     disarm_reason_ = 0;
   }
 }
 
-Frame OdriveDrive::heartbeat() const noexcept {
+Frame SimulatedOdriveDrive::heartbeat() const noexcept {
   return encode_odrive_heartbeat(spec_.node, spec_.firmware,
                                  {.axis_error = error_,
                                   .state = state_,
@@ -121,33 +123,33 @@ Frame OdriveDrive::heartbeat() const noexcept {
                                   .procedure_result = result_});
 }
 
-/// What the motor exerts against its load, Nm.
-double OdriveDrive::torque() const noexcept {
+/// The torque of the motor against its load, Nm.
+double SimulatedOdriveDrive::torque() const noexcept {
   return state_ == kOdriveClosedLoop ? std::clamp(load_, -1.0, 1.0) * spec_.torque_limit : 0;
 }
 
-void OdriveDrive::set_load(double load) noexcept {
+void SimulatedOdriveDrive::set_load(double load) noexcept {
   load_ = load;
   servo_.set_load(load);
 }
 
-Frame OdriveDrive::estimates() const noexcept {
-  if (!tells_position_) return encode_odrive_estimates(spec_.node, {});
+Frame SimulatedOdriveDrive::estimates() const noexcept {
+  if (!reports_position_) return encode_odrive_estimates(spec_.node, {});
   return encode_odrive_estimates(
-      spec_.node, {static_cast<float>(told_position()), static_cast<float>(servo_.velocity())});
+      spec_.node, {static_cast<float>(reported_position()), static_cast<float>(servo_.velocity())});
 }
 
-double OdriveDrive::told_position() const noexcept {
+double SimulatedOdriveDrive::reported_position() const noexcept {
   return std::round(servo_.position() * spec_.encoder_counts) / spec_.encoder_counts;
 }
 
-void OdriveDrive::refuse(uint8_t result) noexcept {
+void SimulatedOdriveDrive::refuse_state(uint8_t result) noexcept {
   disarm();
   result_ = result;
   if (spec_.firmware == OdriveFirmware::k0_5) error_ |= kOdriveInvalidState_0_5;
 }
 
-void OdriveDrive::advance(int64_t now_ns, FrameBatch& out) noexcept {
+void SimulatedOdriveDrive::advance(int64_t now_ns, FrameBatch& out) noexcept {
   if (!started_) fed_ns_ = now_ns;
   started_ = true;
   move(now_ns);
@@ -163,45 +165,45 @@ void OdriveDrive::advance(int64_t now_ns, FrameBatch& out) noexcept {
   }
 }
 
-void OdriveDrive::move(int64_t now_ns) noexcept {
+void SimulatedOdriveDrive::move(int64_t now_ns) noexcept {
   const bool controls = state_ == kOdriveClosedLoop && mode_.input == kOdrivePassthrough;
   if (controls && mode_.control == kOdrivePositionControl) {
     servo_.unlock();
     servo_.pass_through(input_.position, input_.velocity);
   } else if (controls && mode_.control == kOdriveTorqueControl) {
     servo_.unlock();
-    servo_.push(input_torque_ / spec_.torque_limit);
+    servo_.apply_force(input_torque_ / spec_.torque_limit);
   } else {
     servo_.lock();
   }
   servo_.advance(now_ns);
 }
 
-PowerStage OdriveDrive::power_stage() const noexcept {
+PowerStage SimulatedOdriveDrive::power_stage() const noexcept {
   if (error_ != 0) return PowerStage::kFault;
   return state_ == kOdriveClosedLoop ? PowerStage::kOn : PowerStage::kOff;
 }
 
-void OdriveDrive::inject_fault(uint32_t error) noexcept {
+void SimulatedOdriveDrive::inject_fault(uint32_t error) noexcept {
   error_ |= error;
   disarm();
 }
 
-void OdriveDrive::overheat() noexcept {
+void SimulatedOdriveDrive::overheat() noexcept {
   inject_fault(spec_.firmware == OdriveFirmware::k0_5 ? kOdriveOverTemperature_0_5
                                                       : kOdriveInverterOverTemperature_0_6);
 }
 
-bool OdriveDrive::too_hot() const noexcept {
+bool SimulatedOdriveDrive::is_too_hot() const noexcept {
   return spec_.firmware == OdriveFirmware::k0_6 && (error_ & kOdriveInverterOverTemperature_0_6) != 0;
 }
 
-void OdriveDrive::unplug_motor() noexcept {
+void SimulatedOdriveDrive::unplug_motor() noexcept {
   if (spec_.firmware == OdriveFirmware::k0_5) component_errors_ |= 1;
   disarm();
 }
 
-void OdriveDrive::disarm() noexcept {
+void SimulatedOdriveDrive::disarm() noexcept {
   if (state_ == kOdriveClosedLoop) {
     result_ = kOdriveDisarmed;
     disarm_reason_ = error_;

@@ -1,4 +1,4 @@
-#include "hal/sim/servo.h"
+#include "hal/sim/simulated_servo.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -8,11 +8,11 @@
 
 #include "tests/hal/heap_count.h"
 
-namespace tendril::hal::servo_test {
+namespace tendril::hal::simulated_servo_test {
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 constexpr int64_t kDay_ns = 86'400'000'000'000;
-constexpr double kTick_s = 1e-9 * Servo::kTick_ns;
+constexpr double kTick_s = 1e-9 * SimulatedServo::kTick_ns;
 
 constexpr double kLargeOvershoot = 1e-3;  // of a step that meets the limits of speed and acceleration
 constexpr double kSmallOvershoot = 1e-8;  // of a step that meets no limit: the ticks' share
@@ -31,12 +31,12 @@ struct Bench {
   /// Goes on tick by tick. @param watch  called after each
   void run(double seconds, const std::function<void()>& watch) {
     for (const int64_t end_ns = now_ns + std::llround(1e9 * seconds); now_ns < end_ns;) {
-      advance(Servo::kTick_ns);
+      advance(SimulatedServo::kTick_ns);
       watch();
     }
   }
 
-  Servo servo;
+  SimulatedServo servo;
   int64_t now_ns = 0;
 };
 
@@ -127,7 +127,7 @@ TEST_CASE("A load within the force limit moves nothing, and costs acceleration o
     Bench loaded({.acceleration_time = 0.04});
     loaded.servo.set_load(load * sign);
     loaded.servo.pass_through(100 * sign, 0);
-    while (std::abs(loaded.servo.velocity()) < 0.5) loaded.advance(Servo::kTick_ns);
+    while (std::abs(loaded.servo.velocity()) < 0.5) loaded.advance(SimulatedServo::kTick_ns);
     return 1e-9 * static_cast<double>(loaded.now_ns);
   };
   CHECK(seconds_to_half_speed(0) == Approx(0.02).epsilon(0.02));
@@ -185,7 +185,7 @@ TEST_CASE(
   Bench bench({.friction = row.friction});
   bench.servo.set_load(row.load);
   bench.servo.limit_speed(row.limit);
-  bench.servo.push(row.force);
+  bench.servo.apply_force(row.force);
   bench.advance(500 * kMillisecond_ns);
   CHECK(bench.servo.velocity() == Approx(row.speed).margin(5e-3));
   CHECK(bench.servo.following_error() == 0);
@@ -200,7 +200,7 @@ TEST_CASE(
 TEST_CASE("An axis that pushes runs up as its inertia and friction let it", "[law]") {
   constexpr double kFriction = 0.2, kForce = 0.1;
   Bench bench({.acceleration_time = 10e-3, .friction = kFriction});
-  bench.servo.push(kForce);
+  bench.servo.apply_force(kForce);
   double error = 0;
   bench.run(0.2, [&] {
     const double t = 1e-9 * static_cast<double>(bench.now_ns);
@@ -214,11 +214,11 @@ TEST_CASE("An axis that pushes runs up as its inertia and friction let it", "[la
 TEST_CASE("A servo tells what its motor exerts, whatever it does", "[law]") {
   Bench bench;
   bench.servo.set_load(0.3);
-  bench.servo.push(0.3);
+  bench.servo.apply_force(0.3);
   bench.advance(100 * kMillisecond_ns);
   CHECK(bench.servo.force() == Approx(0.3));
   bench.servo.set_jammed(true);
-  bench.servo.push(-0.7);
+  bench.servo.apply_force(-0.7);
   bench.advance(10 * kMillisecond_ns);
   CHECK(bench.servo.force() == Approx(-0.7));
   bench.servo.set_jammed(false);
@@ -268,11 +268,12 @@ TEST_CASE("How time is cut into calls makes no difference to the bit", "[law]") 
     return bench.servo;
   };
   std::minstd_rand random;
-  const Servo whole = run([] { return 20 * kMillisecond_ns; });
-  const Servo fine = run([] { return 10'000; });
-  const Servo odd = run([&] { return std::uniform_int_distribution<int64_t>(1, 3'000'000)(random); });
+  const SimulatedServo whole = run([] { return 20 * kMillisecond_ns; });
+  const SimulatedServo fine = run([] { return 10'000; });
+  const SimulatedServo odd =
+      run([&] { return std::uniform_int_distribution<int64_t>(1, 3'000'000)(random); });
   REQUIRE(whole.position() != 0);
-  for (const Servo* other : {&fine, &odd}) {
+  for (const SimulatedServo* other : {&fine, &odd}) {
     CHECK(other->position() == whole.position());
     CHECK(other->velocity() == whole.velocity());
   }
@@ -304,4 +305,4 @@ TEST_CASE("A servo makes no heap call", "[rt]") {
 }
 #endif
 
-}  // namespace tendril::hal::servo_test
+}  // namespace tendril::hal::simulated_servo_test

@@ -1,0 +1,197 @@
+#include "hal/cia402/cia402_power_control.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "hal/cia402/cia402_startup.h"
+
+namespace tendril::hal {
+namespace {
+
+// How long the fault-reset bit keeps each level: drives sample it in a slow loop.
+constexpr int64_t kResetHold_ns = 10'000'000;
+
+// The homing bits of the statusword may be those of an earlier procedure until the drive has seen the
+// command.
+constexpr int64_t kHomingSettle_ns = 100'000'000;
+
+/// Whether a drive can begin to be enabled.
+bool can_begin(DriveState state) noexcept {
+  return state == DriveState::kSwitchOnDisabled || state == DriveState::kFault;
+}
+
+bool in_fault(DriveState state) noexcept {
+  return state == DriveState::kFault || state == DriveState::kFaultReaction;
+}
+
+}  // namespace
+
+Cia402PowerControl::Cia402PowerControl(const AxisConfig& axis, const MasterConfig& config)
+    : config_(config),
+      rpdo_id_(rpdo_cob_id(axis)),
+      scale_(axis.scale),
+      follows_effort_(axis.set_point == SetPoint::kEffort),
+      rated_torque_(cia402_settings(axis).rated_torque),
+      range_(axis),
+      homing_steps_(homing_steps(axis)),
+      following_steps_(following_steps(axis)),
+      soft_limits_(soft_limits(axis)),
+      reference_(cia402_settings(axis).reference),
+      referenced_mask_(static_cast<uint16_t>(
+          cia402_settings(axis).referenced_bit < 0 ? 0 : 1u << cia402_settings(axis).referenced_bit)),
+      homing_timeout_ns_(cia402_settings(axis).homing.timeout_ns) {}
+
+DriveFault Cia402PowerControl::on_feedback(const DriveFeedback& feedback, int64_t arrival_ns) noexcept {
+  statusword_ = feedback.statusword;
+  state_ = decode_statusword(feedback.statusword);
+  position_ = feedback.position;
+  position_stamp_ns_ = arrival_ns;
+  const DriveFault reference_fault = monitor_reference();
+  if (!in_fault(state_)) clearing_fault_ = false;
+  const bool lost_reference = reference_fault.kind != FaultKind::kNone;
+  if (lost_reference || phase_ == Phase::kOff || clearing_fault_) return reference_fault;
+  const DriveFault power_fault = monitor_power();
+  return power_fault.kind != FaultKind::kNone || homing_since_ns_ == 0 ? power_fault
+                                                                       : judge_homing(arrival_ns);
+}
+
+/// Judges the state of a drive that is being enabled or is on.
+DriveFault Cia402PowerControl::monitor_power() noexcept {
+  if (in_fault(state_)) return {.kind = FaultKind::kDriveFault, .code = emergency_};
+  if (phase_ == Phase::kOn && state_ != DriveState::kEnabled)
+    return {.kind = FaultKind::kDriveDisabled, .code = statusword_};
+  if (enabled() && range_.is_outside(displacement()))
+    return {.kind = FaultKind::kOutOfRange, .code = static_cast<uint32_t>(range_.excess(displacement()))};
+  if (phase_ == Phase::kEnabling && state_ == DriveState::kEnabled) phase_ = Phase::kOn;
+  return {};
+}
+
+/// A reference is there from the start, comes by homing, or is shown by a bit of the statusword, which must
+/// then stay set.
+DriveFault Cia402PowerControl::monitor_reference() noexcept {
+  const bool absolute = reference_ == Reference::kAbsolute;
+  if (referenced_mask_ == 0) {
+    referenced_ = referenced_ || absolute;
+    return {};
+  }
+  if (task_ == Task::kHome) return {};  // while that runs the bit may be either
+  const bool was_referenced = referenced_ || absolute;
+  referenced_ = (statusword_ & referenced_mask_) != 0;
+  if (referenced_ || !was_referenced) return {};
+  return {.kind = FaultKind::kNotReferenced, .code = statusword_};
+}
+
+DriveFault Cia402PowerControl::judge_homing(int64_t arrival_ns) noexcept {
+  if (arrival_ns - homing_since_ns_ < kHomingSettle_ns) return {};
+  if (statusword_ & kHomingError) return {.kind = FaultKind::kHomingFailed, .code = statusword_};
+  constexpr uint16_t kDone = kHomingAttained | kTargetReached;
+  if ((statusword_ & kDone) == kDone) referenced_ = referenced_mask_ == 0 || (statusword_ & referenced_mask_);
+  return {};
+}
+
+DriveFault Cia402PowerControl::on_emergency(uint16_t code) noexcept {
+  emergency_ = code;
+  if (code == 0 || phase_ == Phase::kOff) return {};
+  return {.kind = FaultKind::kDriveFault, .code = code};
+}
+
+DriveFault Cia402PowerControl::supervise(int64_t now_ns, int64_t running_since_ns,
+                                         int64_t last_sync_ns) const noexcept {
+  if (last_sync_ns - std::max(running_since_ns, position_stamp_ns_) > config_.feedback_timeout_ns)
+    return {.kind = FaultKind::kFeedbackLost};
+  const bool enabling = awaits_start_state_ || phase_ == Phase::kPreparing || phase_ == Phase::kEnabling;
+  if (enabling && now_ns - enabling_since_ns_ > config_.enable_timeout_ns) {
+    if (in_fault(state_)) return {.kind = FaultKind::kDriveFault, .code = emergency_};
+    return {.kind = FaultKind::kEnableTimeout, .code = statusword_};
+  }
+  if (homing_since_ns_ == 0 || referenced_ || now_ns - homing_since_ns_ <= homing_timeout_ns_) return {};
+  const bool attained = statusword_ & kHomingAttained;  // but without the bit of the reference
+  return {.kind = attained ? FaultKind::kNotReferenced : FaultKind::kHomingTimeout, .code = statusword_};
+}
+
+DriveFault Cia402PowerControl::prepare(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept {
+  const SdoSequence::Status status = sdo.advance(now_ns, out);
+  if (status == SdoSequence::Status::kFailed) return fault_of_failed(sdo);
+  if (status == SdoSequence::Status::kDone) phase_ = Phase::kEnabling;
+  return {};
+}
+
+Frame Cia402PowerControl::command(Task task, bool faulty, bool may_begin, bool all_enabled,
+                                  const AxisTarget& target, int64_t now_ns, SdoSequence& sdo) noexcept {
+  if (faulty) task = Task::kDisable;
+  if (task != task_) {
+    task_ = task;
+    stop();
+  }
+  const bool may_enable = task_ != Task::kDisable && phase_ == Phase::kOff && may_begin;
+  if (may_enable && !awaits_start_state_) enabling_since_ns_ = now_ns;
+  awaits_start_state_ = may_enable && !can_begin(state_);
+  if (may_enable && can_begin(state_)) begin_enabling(now_ns, sdo);
+  controlword_ = next_word(faulty, now_ns);
+  if ((controlword_ & kStartHoming) && homing_since_ns_ == 0) homing_since_ns_ = now_ns;
+  return rpdo(all_enabled, target);
+}
+
+uint16_t Cia402PowerControl::next_word(bool faulty, int64_t now_ns) noexcept {
+  if (phase_ == Phase::kEnabling) return enabling_word(now_ns);
+  if (phase_ == Phase::kOn) return task_ == Task::kHome ? kEnableOperation | kStartHoming : kEnableOperation;
+  return faulty ? kDisableVoltage : next_controlword(state_, DriveState::kSwitchOnDisabled);
+}
+
+/// A torque is in the RPDO before the power is on, so that nothing sags at enabling; a position is not, 607A
+/// follows 6064 until then, so that nothing jumps.
+Frame Cia402PowerControl::rpdo(bool all_enabled, const AxisTarget& target) noexcept {
+  if (follows_effort_) {
+    const double thousandths = std::round(1e3 * scale_.to_torque(target.effort) / rated_torque_);
+    if (task_ != Task::kFollow)
+      torque_ = 0;
+    else if (std::isfinite(thousandths))
+      torque_ = static_cast<int16_t>(std::clamp(thousandths, double{-INT16_MAX}, double{INT16_MAX}));
+    return encode_torque_command(rpdo_id_, {controlword_, torque_});
+  }
+  following_ = enabled() && (following_ || all_enabled);
+  if (following_ && std::isfinite(target.position)) target_ = scale_.to_counts(target.position);
+  if (state_ != DriveState::kEnabled) target_ = position_;
+  return encode_drive_command(rpdo_id_, {controlword_, target_});
+}
+
+/// The mode is chosen while the drive has no power: where homing has moved the zero, 607A follows 6064 until
+/// the drive is enabled again.
+void Cia402PowerControl::begin_enabling(int64_t now_ns, SdoSequence& sdo) noexcept {
+  phase_ = Phase::kPreparing;
+  enabling_since_ns_ = now_ns;
+  clearing_fault_ = state_ == DriveState::kFault;
+  range_.begin(displacement());
+  if (soft_limits_) set_soft_limits(following_steps_, widened(*soft_limits_, position_));
+  sdo.start(task_ == Task::kHome ? homing_steps_ : following_steps_);
+}
+
+/// The next step to "operation enabled"; out of a fault by a slow square wave on the reset bit.
+uint16_t Cia402PowerControl::enabling_word(int64_t now_ns) noexcept {
+  if (!clearing_fault_) return next_controlword(state_, DriveState::kEnabled);
+  if (now_ns - reset_edge_ns_ < kResetHold_ns) return controlword_;
+  reset_edge_ns_ = now_ns;
+  return controlword_ & kFaultReset ? kDisableVoltage : kFaultReset;
+}
+
+void Cia402PowerControl::stop() noexcept {
+  phase_ = Phase::kOff;
+  homing_since_ns_ = 0;
+}
+
+void Cia402PowerControl::restart() noexcept {
+  stop();
+  task_ = Task::kDisable;
+  awaits_start_state_ = false;
+  following_ = referenced_ = false;
+  state_ = DriveState::kUnknown;
+  position_stamp_ns_ = 0;
+  emergency_ = 0;
+}
+
+bool Cia402PowerControl::power_is_off() const noexcept {
+  return state_ == DriveState::kSwitchOnDisabled || state_ == DriveState::kFault ||
+         state_ == DriveState::kNotReady || state_ == DriveState::kUnknown;
+}
+
+}  // namespace tendril::hal

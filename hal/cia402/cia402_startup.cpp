@@ -1,0 +1,158 @@
+#include "hal/cia402/cia402_startup.h"
+
+#include "hal/cia402/cia402_settings.h"
+#include "hal/cia402/cia402_setup.h"
+
+namespace tendril::hal {
+namespace {
+
+// NMT start is repeated: it is the one command of start-up that no answer confirms at once.
+constexpr int64_t kNmtRepeat_ns = 100'000'000;
+
+DriveFault sdo_fault(FaultKind kind, uint32_t code, ObjectAddress object, uint32_t expected) noexcept {
+  return {.kind = kind,
+          .code = code,
+          .object = static_cast<uint32_t>(object.index) << 8 | object.sub,
+          .expected = expected};
+}
+
+}  // namespace
+
+DriveFault fault_of_failed(const SdoSequence& sdo) noexcept {
+  const SdoStep& step = sdo.step();
+  if (sdo.failure() != 0) return sdo_fault(FaultKind::kConfiguration, sdo.failure(), step.request.object, 0);
+  return sdo_fault(FaultKind::kUnexpectedValue, sdo.found(), step.request.object, step.expected);
+}
+
+Cia402Startup::Cia402Startup(const AxisConfig& axis, const MasterConfig& config)
+    : config_(config),
+      node_(axis.node),
+      setup_steps_(setup_steps(axis, config)),
+      release_steps_(release_steps()),
+      names_(axis.node, cia402_settings(config).sdo_timeout_ns, cia402_settings(config).sdo_attempts) {}
+
+DriveFault Cia402Startup::on_heartbeat(NmtState state, int64_t arrival_ns, SdoSequence& sdo) noexcept {
+  nmt_ = state;
+  heartbeat_ns_ = arrival_ns;
+  switch (stage_) {
+    case Stage::kBooting:
+    case Stage::kIdentifying:
+    case Stage::kConfiguring:
+    case Stage::kStarting:
+      if (state == NmtState::kBootUp) begin_set_up(sdo);  // a reboot clears what had been set up
+      if (stage_ == Stage::kStarting && state == NmtState::kOperational) {
+        stage_ = Stage::kRunning;
+        stage_since_ns_ = arrival_ns;
+      }
+      return {};
+    case Stage::kRunning:
+      if (state == NmtState::kOperational) return {};
+      return {.kind = FaultKind::kDriveRestarted, .code = static_cast<uint32_t>(state)};
+    default:
+      return {};
+  }
+}
+
+void Cia402Startup::on_sdo_answer(const SdoAnswer& answer, SdoSequence& sdo) noexcept {
+  if (stage_ == Stage::kIdentifying)
+    names_.receive(answer);
+  else
+    sdo.receive(answer);
+}
+
+DriveFault Cia402Startup::supervise(int64_t now_ns) const noexcept {
+  if (now_ns - heartbeat_ns_ > config_.heartbeat_timeout_ns) return {.kind = FaultKind::kHeartbeatLost};
+  if (stage_ == Stage::kStarting && now_ns - stage_since_ns_ > config_.start_timeout_ns)
+    return {.kind = FaultKind::kStartTimeout, .code = static_cast<uint32_t>(nmt_)};
+  return {};
+}
+
+DriveFault Cia402Startup::advance(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept {
+  DriveFault fault;
+  switch (stage_) {
+    case Stage::kReset:
+      out.push(encode_nmt({NmtCommand::kResetCommunication, node_}));
+      stage_ = Stage::kBooting;
+      stage_since_ns_ = now_ns;
+      may_monitor_master_ = false;
+      break;
+    case Stage::kBooting:
+      if (now_ns - stage_since_ns_ > config_.start_timeout_ns) begin_set_up(sdo);
+      break;
+    case Stage::kIdentifying:
+      fault = identify(now_ns, sdo, out);
+      break;
+    case Stage::kConfiguring:
+      fault = configure(now_ns, sdo, out);
+      break;
+    case Stage::kReleasing:
+      if (sdo.advance(now_ns, out) != SdoSequence::Status::kRunning) stage_ = Stage::kFinished;
+      break;
+    default:
+      break;
+  }
+  if (stage_ == Stage::kStarting) start_nmt(now_ns, out);
+  return fault;
+}
+
+/// Asks for the names, then begins to configure.
+DriveFault Cia402Startup::identify(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept {
+  switch (names_.advance(now_ns, out)) {
+    case SdoUpload::Status::kRunning:
+      break;
+    case SdoUpload::Status::kDone:
+      begin_set_up(sdo);
+      break;
+    case SdoUpload::Status::kFailed:
+      return sdo_fault(FaultKind::kConfiguration, code(SdoAbort::kTimeout), names_.object(), 0);
+  }
+  return {};
+}
+
+DriveFault Cia402Startup::configure(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept {
+  switch (sdo.advance(now_ns, out)) {
+    case SdoSequence::Status::kRunning:
+      break;
+    case SdoSequence::Status::kDone:
+      stage_ = Stage::kStarting;
+      stage_since_ns_ = heartbeat_ns_ = now_ns;
+      last_nmt_start_ns_ = now_ns - kNmtRepeat_ns;
+      break;
+    case SdoSequence::Status::kFailed:
+      return fault_of_failed(sdo);
+  }
+  return {};
+}
+
+void Cia402Startup::begin_set_up(SdoSequence& sdo) noexcept {
+  if (names_.known()) {
+    stage_ = Stage::kConfiguring;
+    may_monitor_master_ = true;
+    sdo.start(setup_steps_);
+  } else {
+    stage_ = Stage::kIdentifying;
+    names_.start();
+  }
+}
+
+void Cia402Startup::start_nmt(int64_t now_ns, FrameBatch& out) noexcept {
+  if (now_ns - last_nmt_start_ns_ < kNmtRepeat_ns) return;
+  out.push(encode_nmt({NmtCommand::kStart, node_}));
+  last_nmt_start_ns_ = now_ns;
+}
+
+void Cia402Startup::release(SdoSequence& sdo, FrameBatch& out) noexcept {
+  if (stage_ == Stage::kReleasing || stage_ == Stage::kFinished) return;
+  stage_ = Stage::kFinished;
+  if (!may_monitor_master_) return;
+  out.push(encode_nmt({NmtCommand::kPreOperational, node_}));
+  sdo.start(release_steps_);
+  stage_ = Stage::kReleasing;
+}
+
+bool Cia402Startup::busy() const noexcept {
+  return stage_ == Stage::kReset || stage_ == Stage::kIdentifying || stage_ == Stage::kConfiguring ||
+         stage_ == Stage::kReleasing;
+}
+
+}  // namespace tendril::hal

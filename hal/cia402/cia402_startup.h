@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "hal/bus/frame_batch.h"
+#include "hal/canopen/canopen.h"
+#include "hal/canopen/drive_names.h"
+#include "hal/canopen/sdo_sequence.h"
+#include "hal/drive/drives.h"
+#include "hal/drive/master_config.h"
+
+namespace tendril::hal {
+
+/// The fault of an SDO sequence that has failed: the refused object and the abort code, or the object that
+/// showed another value. Real-time: yes.
+DriveFault fault_of_failed(const SdoSequence& sdo) noexcept;
+
+/// Brings one drive from a reset of its communication to NMT operational, and at the end back. Part of
+/// Cia402Axis.
+///
+/// Stages: reset communication, wait for boot-up, identify (once) and configure over SDO, NMT start, running;
+/// at the end release. All SDO transfers but those that read the names go through the SdoSequence of the
+/// axis. Functions that can find a fault return it; of kind kNone: none. Real-time: every function but the
+/// constructor (bounded, no allocation).
+class Cia402Startup {
+ public:
+  /// @param config  outlives the object
+  /// Real-time: no (allocates).
+  Cia402Startup(const AxisConfig& axis, const MasterConfig& config);
+
+  /// Takes in a heartbeat or boot-up message.
+  DriveFault on_heartbeat(NmtState state, int64_t arrival_ns, SdoSequence& sdo) noexcept;
+
+  /// Takes in an SDO answer.
+  void on_sdo_answer(const SdoAnswer& answer, SdoSequence& sdo) noexcept;
+
+  /// Judges the heartbeat, and the time that the NMT start takes. Only where the drive is `synchronous`.
+  DriveFault supervise(int64_t now_ns) const noexcept;
+
+  /// Goes on, where the drive is not running: at most one frame of SDO and one of NMT.
+  DriveFault advance(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
+
+  /// Starts afresh from the reset of communication.
+  void restart() noexcept { stage_ = Stage::kReset; }
+
+  /// Stays where it is until `restart`.
+  void give_up() noexcept { stage_ = Stage::kFailed; }
+
+  /// Takes the drive out of NMT operational and ends its heartbeat consumer. To be called until `finished`.
+  void release(SdoSequence& sdo, FrameBatch& out) noexcept;
+
+  /// Whether `advance` has more than a time-out to do.
+  bool busy() const noexcept;
+
+  /// Whether the drive wants SYNC.
+  bool synchronous() const noexcept { return stage_ == Stage::kStarting || running(); }
+
+  /// Whether the drive is in NMT operational.
+  bool running() const noexcept { return stage_ == Stage::kRunning; }
+
+  /// Since when it is running, or in another stage.
+  int64_t stage_since_ns() const noexcept { return stage_since_ns_; }
+
+  /// Whether `release` is through, or was not needed.
+  bool finished() const noexcept { return stage_ == Stage::kFinished; }
+
+  /// What the drive calls itself; once known it stays as it is.
+  const DriveNames& names() const noexcept { return names_; }
+
+ private:
+  enum class Stage : uint8_t {
+    kReset,
+    kBooting,
+    kIdentifying,
+    kConfiguring,
+    kStarting,
+    kRunning,
+    kReleasing,
+    kFinished,
+    kFailed
+  };
+
+  DriveFault identify(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
+  DriveFault configure(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
+  void begin_set_up(SdoSequence& sdo) noexcept;
+  void start_nmt(int64_t now_ns, FrameBatch& out) noexcept;
+
+  const MasterConfig& config_;
+  int node_;
+  std::vector<SdoStep> setup_steps_, release_steps_;
+  DriveNames names_;
+  Stage stage_ = Stage::kReset;
+  int64_t stage_since_ns_ = 0;
+  bool may_monitor_master_ = false;  // its heartbeat consumer has been, or may have been, set up
+  int64_t last_nmt_start_ns_ = 0;
+  NmtState nmt_ = NmtState::kBootUp;
+  int64_t heartbeat_ns_ = 0;  // arrival of the last one
+};
+
+}  // namespace tendril::hal
