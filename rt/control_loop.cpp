@@ -2,14 +2,14 @@
 
 #include <span>
 
-#include "hal/bus/bus_budget.h"
+#include "hal/bus/wire.h"
 
 namespace tendril::rt {
 namespace {
 
-int bits_of(std::span<const hal::Frame> frames) noexcept {
+int bits_of(hal::Wire wire, std::span<const hal::Frame> frames) noexcept {
   int bits = 0;
-  for (const hal::Frame& frame : frames) bits += hal::worst_case_bits(frame.length, frame.extended);
+  for (const hal::Frame& frame : frames) bits += hal::worst_case_bits(wire, frame.length, frame.extended);
   return bits;
 }
 
@@ -53,7 +53,7 @@ ControlLoop::ControlLoop(hal::Bus& bus, hal::DriveMaster& drives, ControlLaw& la
 const hal::Measurement& ControlLoop::read(const CycleStart& start) noexcept {
   const int count = bus_.receive(arrived_);
   for (int k = 0; k < count; ++k) drives_.receive(arrived_[k], arrived_[k].stamp_ns);
-  record_.bus_bits = bits_of(std::span(arrived_).first(count));
+  record_.bus_bits = bits_of(drives_.wire(), std::span(arrived_).first(count));
   return drives_.measure(bus_.health(), start.woken_ns);
 }
 
@@ -73,7 +73,7 @@ TraceRecord& ControlLoop::write(const hal::Measurement& measurement, const Decis
   frames_.clear();
   drives_.command(decision.command, start.woken_ns, frames_);
   // What the queue cannot take is counted by the bus.
-  if (bus_.send(frames_) == hal::SendResult::kSent) record_.bus_bits += bits_of(frames_);
+  if (bus_.send(frames_) == hal::SendResult::kSent) record_.bus_bits += bits_of(drives_.wire(), frames_);
 
   fill(channels_.feedback.back(), start.intended_ns, measurement, decision);
   channels_.feedback.publish();

@@ -9,7 +9,9 @@
 namespace tendril::app {
 
 hal::BusBudget check_bus(const Config& config) {
-  hal::BusBudget budget = hal::judge_bus(hal::periodic_frames(master_config(config)), config.bus.bitrate);
+  const hal::MasterConfig master = master_config(config);
+  hal::BusBudget budget =
+      hal::judge_bus(master.protocol->wire(), hal::periodic_frames(master), config.bus.bitrate);
   if (budget.verdict == hal::BusBudget::Verdict::kExceeds)
     throw ConfigError(fmt::format("{}:{}: bus: {}", config.file.string(), config.bus.line, budget.text));
   return budget;

@@ -11,7 +11,7 @@ namespace tendril::hal {
 
 enum class SendResult : uint8_t {
   kSent,       // handed to the bus
-  kQueueFull,  // dropped and counted: the bus is slower than its users
+  kQueueFull,  // dropped and counted: the bus is slower than its users, or does not carry such frames
   kDown        // dropped: there is no bus at present
 };
 
@@ -31,15 +31,15 @@ struct BusError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// One node's access to a CAN bus. A node does not receive its own frames.
+/// One node's access to a bus. A node does not receive its own frames.
 ///
 /// All functions but `describe` are for one thread: the one that owns the bus.
 class Bus {
  public:
   virtual ~Bus() = default;
 
-  /// Puts frames on the bus in their order, without waiting. Where one finds no room, it and all after it are
-  /// dropped: a SYNC never goes out without the targets before it.
+  /// Puts frames on the bus in their order, without waiting. Where one finds no room, or is longer than the
+  /// bus carries, it and all after it are dropped: a SYNC never goes out without the targets before it.
   /// @return kSent where all were handed over, also where there were none
   /// Real-time: yes (one system call for each peer where nothing is in the way, never blocks, no allocation).
   virtual SendResult send(std::span<const Frame> frames) noexcept = 0;

@@ -18,10 +18,11 @@ std::optional<uint32_t> parse_hex(std::string_view text) noexcept {
 }  // namespace
 
 std::string to_text(const Frame& frame) {
-  char text[32];
+  char text[16 + 2 * kMaxFrameBytes];
   int at = std::snprintf(text, sizeof text, frame.extended ? "%08X#" : "%03X#", frame.id);
   if (frame.remote) return std::string(text, at) + "R";
-  for (int i = 0; i < std::min<int>(frame.length, 8); ++i)
+  if (frame.length > 8) at += std::snprintf(text + at, sizeof text - at, "#0");
+  for (int i = 0; i < std::min<int>(frame.length, kMaxFrameBytes); ++i)
     at += std::snprintf(text + at, sizeof text - at, "%02X", frame.data[i]);
   return text;
 }

@@ -9,13 +9,17 @@
 
 namespace tendril::hal {
 
-/// One classic CAN frame, of data as a rule; error frames never leave the bus that received them.
+/// Bytes of data in the longest frame: that of CAN FD, and enough for a packet on a serial line.
+inline constexpr int kMaxFrameBytes = 64;
+
+/// What a bus carries at once: a CAN frame, of data as a rule, or a packet of another bus. Classic CAN takes
+/// up to 8 bytes. Error frames never leave the bus that received them.
 struct Frame {
   uint32_t id = 0;        // 11 bits, or 29 bits where `extended`
   bool extended = false;  // identifier format
   bool remote = false;    // asks for a frame of that identifier, and has no data: its length is 0
-  uint8_t length = 0;     // bytes of data, 0..8
-  std::array<uint8_t, 8> data{};
+  uint8_t length = 0;     // bytes of data, 0..kMaxFrameBytes
+  std::array<uint8_t, kMaxFrameBytes> data{};
   int64_t stamp_ns = 0;  // received ones: arrival at this node, CLOCK_MONOTONIC or a virtual bus's clock
 };
 
@@ -32,15 +36,16 @@ constexpr uint32_t marked_id(uint32_t id, bool extended) noexcept {
 /// Real-time: yes.
 inline bool operator==(const Frame& a, const Frame& b) noexcept {
   return a.id == b.id && a.extended == b.extended && a.remote == b.remote && a.length == b.length &&
-         std::equal(a.data.begin(), a.data.begin() + std::min<int>(a.length, 8), b.data.begin());
+         std::equal(a.data.begin(), a.data.begin() + std::min<int>(a.length, kMaxFrameBytes), b.data.begin());
 }
 
-/// The frame in the notation of cansend and `candump -l`: "202#0F0010270000", or "049#R" for a remote one.
+/// The frame in the notation of cansend and `candump -l`: "202#0F0010270000", "049#R" for a remote one, and
+/// "202##0" with more than 8 bytes after it.
 /// Real-time: no (allocates).
 std::string to_text(const Frame& frame);
 
-/// Reads the notation of `to_text`: 3 hexadecimal digits of identifier, or 8 for an extended one, '#', up to
-/// 8 bytes or R.
+/// Reads the notation of `to_text`, for frames of up to 8 bytes: 3 hexadecimal digits of identifier, or 8 for
+/// an extended one, '#', the bytes or R.
 /// @return nothing where the text is no such frame
 /// Real-time: yes.
 std::optional<Frame> parse_frame(std::string_view text) noexcept;

@@ -22,37 +22,79 @@ namespace tendril::hal {
 namespace {
 
 constexpr int kMaxJoiners = 32;
-constexpr int kFramesPerPacket = 128;  // a FrameBatch fits
 constexpr auto kRetry = std::chrono::milliseconds(20);
 
-/// Frames that travel together, each as the kernel's struct can_frame.
+/// Frames that travel together, one after the other: each the start of a canfd_frame, with its data filled up
+/// to whole units of 8 bytes, at least one. Those of up to 8 bytes thus look like a can_frame.
 struct Packet {
-  int64_t stamp_ns;  // when they were sent, which on this bus is when they arrive; CLOCK_MONOTONIC
-  std::array<can_frame, kFramesPerPacket> frames;
+  static constexpr size_t kBytes = 16 * 128;  // a FrameBatch of classic frames fits
 
-  static size_t size_of(int count) noexcept { return offsetof(Packet, frames) + count * sizeof(can_frame); }
+  int64_t stamp_ns;  // when they were sent, which on this bus is when they arrive; CLOCK_MONOTONIC
+  std::array<std::byte, kBytes> frames;
+
+  static size_t size_of(size_t bytes) noexcept { return offsetof(Packet, frames) + bytes; }
+};
+
+constexpr size_t kHeadBytes = offsetof(canfd_frame, data);
+
+/// Bytes of a frame in a packet.
+size_t size_in_packet(uint8_t length) noexcept {
+  return kHeadBytes + std::max<size_t>(8, (length + size_t{7}) / 8 * 8);
+}
+
+/// Copies the frame at the front of some bytes.
+/// @return  its size there; 0 where the bytes do not begin with a frame of data or a remote one
+size_t read_frame(std::span<const std::byte> bytes, canfd_frame& wire) noexcept {
+  if (bytes.size() < kHeadBytes) return 0;
+  std::memcpy(&wire, bytes.data(), kHeadBytes);
+  if (wire.len > kMaxFrameBytes || (wire.can_id & CAN_ERR_FLAG) != 0) return 0;
+  const size_t size = size_in_packet(wire.len);
+  if (bytes.size() < size) return 0;
+  std::memcpy(wire.data, bytes.data() + kHeadBytes, wire.len);
+  return size;
+}
+
+/// A packet and how much of it is used.
+struct Load {
+  Packet packet;
+  size_t bytes = 0;  // of frames
+  int count = 0;     // frames
+
+  /// @return  false where there is no room
+  bool push(const Frame& frame) noexcept {
+    const auto wire = to_wire<canfd_frame>(frame);
+    const size_t size = size_in_packet(wire.len);
+    if (bytes + size > Packet::kBytes) return false;
+    std::memcpy(packet.frames.data() + bytes, &wire, size);
+    bytes += size;
+    ++count;
+    return true;
+  }
 };
 
 enum class Moved { kYes, kNotNow, kGone };
 
-Moved write_packet(int fd, const Packet& packet, int count) noexcept {
-  const size_t size = Packet::size_of(count);
-  if (::send(fd, &packet, size, MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(size))
+Moved write_packet(int fd, const Load& load) noexcept {
+  const size_t size = Packet::size_of(load.bytes);
+  if (::send(fd, &load.packet, size, MSG_DONTWAIT | MSG_NOSIGNAL) == static_cast<ssize_t>(size))
     return Moved::kYes;
   return errno == EAGAIN || errno == ENOBUFS || errno == EINTR ? Moved::kNotNow : Moved::kGone;
 }
 
-/// A packet of another size, or one with an error frame, is from no peer of ours.
-Moved read_packet(int fd, Packet& packet, int& count) noexcept {
-  const ssize_t size = ::recv(fd, &packet, sizeof packet, MSG_DONTWAIT | MSG_TRUNC);
+/// A packet that is not made of whole frames, or holds an error frame, is from no peer of ours.
+Moved read_packet(int fd, Load& load) noexcept {
+  const ssize_t size = ::recv(fd, &load.packet, sizeof load.packet, MSG_DONTWAIT | MSG_TRUNC);
   if (size < 0) return errno == EAGAIN || errno == EINTR ? Moved::kNotNow : Moved::kGone;
-  const ssize_t n =
-      (size - static_cast<ssize_t>(Packet::size_of(0))) / static_cast<ssize_t>(sizeof(can_frame));
-  if (n < 1 || n > kFramesPerPacket || static_cast<ssize_t>(Packet::size_of(static_cast<int>(n))) != size)
+  if (size <= static_cast<ssize_t>(Packet::size_of(0)) || size > static_cast<ssize_t>(sizeof load.packet))
     return Moved::kGone;
-  for (ssize_t i = 0; i < n; ++i)
-    if (packet.frames[i].can_id & CAN_ERR_FLAG) return Moved::kGone;
-  count = static_cast<int>(n);
+  load.bytes = static_cast<size_t>(size) - Packet::size_of(0);
+  load.count = 0;
+  std::span<const std::byte> left(load.packet.frames.data(), load.bytes);
+  for (canfd_frame wire{}; !left.empty(); ++load.count) {
+    const size_t taken = read_frame(left, wire);
+    if (taken == 0) return Moved::kGone;
+    left = left.subspan(taken);
+  }
   return Moved::kYes;
 }
 
@@ -61,14 +103,16 @@ Moved read_packet(int fd, Packet& packet, int& count) noexcept {
 template <typename Move>
 int move_in_packets(std::span<const Frame> frames, Move move) noexcept {
   int moved = 0;
-  Packet packet;
-  packet.stamp_ns = read_clock_ns(CLOCK_MONOTONIC);
+  Load load;
+  load.packet.stamp_ns = read_clock_ns(CLOCK_MONOTONIC);
   while (!frames.empty()) {
-    const int count = static_cast<int>(std::min<size_t>(frames.size(), kFramesPerPacket));
-    std::transform(frames.begin(), frames.begin() + count, packet.frames.begin(), to_wire);
-    if (!move(packet, count)) break;
-    moved += count;
-    frames = frames.subspan(count);
+    load.bytes = 0;
+    load.count = 0;
+    while (load.count < static_cast<int>(frames.size()) && load.push(frames[load.count])) {
+    }
+    if (!move(load)) break;
+    moved += load.count;
+    frames = frames.subspan(load.count);
   }
   return moved;
 }
@@ -76,20 +120,24 @@ int move_in_packets(std::span<const Frame> frames, Move move) noexcept {
 /// The packet that is being taken apart.
 class Inbox {
  public:
-  bool empty() const noexcept { return next_ == count_; }
-  Frame take() noexcept { return from_wire(packet_.frames[next_++], packet_.stamp_ns); }
+  bool empty() const noexcept { return next_ == load_.bytes; }
+  Frame take() noexcept {
+    canfd_frame wire{};
+    next_ += read_frame(std::span(load_.packet.frames).first(load_.bytes).subspan(next_), wire);
+    return from_wire(wire, load_.packet.stamp_ns);
+  }
   /// The next packet of a peer takes the place of this one, which is empty.
   Moved fill(int fd) noexcept {
-    const Moved moved = read_packet(fd, packet_, count_);
-    if (moved == Moved::kYes) next_ = 0;
+    const Moved moved = read_packet(fd, load_);
+    if (moved != Moved::kYes) load_.bytes = 0;
+    next_ = 0;
     return moved;
   }
-  const Packet& packet() const noexcept { return packet_; }
-  int count() const noexcept { return count_; }
+  const Load& load() const noexcept { return load_; }
 
  private:
-  Packet packet_;
-  int count_ = 0, next_ = 0;
+  Load load_;
+  size_t next_ = 0;
 };
 
 class LocalJoiner final : public Bus {
@@ -99,8 +147,8 @@ class LocalJoiner final : public Bus {
   SendResult send(std::span<const Frame> frames) noexcept override {
     if (gone_) return SendResult::kDown;
     Moved last = Moved::kYes;
-    const int sent = move_in_packets(frames, [&](const Packet& packet, int count) {
-      last = write_packet(socket_.get(), packet, count);
+    const int sent = move_in_packets(frames, [&](const Load& load) {
+      last = write_packet(socket_.get(), load);
       return last == Moved::kYes;
     });
     if (last == Moved::kYes) return SendResult::kSent;
@@ -148,8 +196,8 @@ class LocalHost final : public Bus {
   }
 
   SendResult send(std::span<const Frame> frames) noexcept override {
-    move_in_packets(frames, [this](const Packet& packet, int count) {
-      broadcast(packet, count, -1);
+    move_in_packets(frames, [this](const Load& load) {
+      broadcast(load, -1);
       return true;
     });
     return SendResult::kSent;  // as on a wire: the sender does not learn who had no room
@@ -189,7 +237,7 @@ class LocalHost final : public Bus {
       next_ = next_ < joiners_ ? next_ : 0;
       switch (inbox_.fill(fds_[next_])) {
         case Moved::kYes:
-          broadcast(inbox_.packet(), inbox_.count(), fds_[next_]);
+          broadcast(inbox_.load(), fds_[next_]);
           ++next_;  // the others are heard before this one is heard again
           return true;
         case Moved::kNotNow:
@@ -204,9 +252,9 @@ class LocalHost final : public Bus {
   }
 
   /// Who turns out to be gone is removed when it is next read.
-  void broadcast(const Packet& packet, int count, int except) noexcept {
+  void broadcast(const Load& load, int except) noexcept {
     for (int i = 0; i < joiners_; ++i)
-      if (fds_[i] != except && write_packet(fds_[i], packet, count) == Moved::kNotNow) dropped_ += count;
+      if (fds_[i] != except && write_packet(fds_[i], load) == Moved::kNotNow) dropped_ += load.count;
   }
 
   void remove(int i) noexcept {

@@ -52,9 +52,14 @@ class SocketCan final : public Bus {
       : socket_(std::move(socket)), interface_(std::move(interface)) {}
 
   SendResult send(std::span<const Frame> frames) noexcept override {
+    const auto too_long = std::find_if(frames.begin(), frames.end(),
+                                       [](const Frame& frame) { return frame.length > CAN_MAX_DLEN; });
+    const size_t dropped = frames.end() - too_long;
+    frames = frames.first(frames.size() - dropped);
+    send_dropped_ += dropped;
     while (!frames.empty()) {
       const size_t count = std::min<size_t>(frames.size(), kBatch);
-      std::transform(frames.begin(), frames.begin() + count, outgoing_.wires.begin(), to_wire);
+      std::transform(frames.begin(), frames.begin() + count, outgoing_.wires.begin(), to_wire<can_frame>);
       size_t sent = 0;
       while (sent < count) {
         // It returns at the first frame that fails; the reason is told when that one is tried again.
@@ -66,7 +71,7 @@ class SocketCan final : public Bus {
       }
       frames = frames.subspan(count);
     }
-    return SendResult::kSent;
+    return dropped == 0 ? SendResult::kSent : SendResult::kQueueFull;
   }
 
   int receive(std::span<Frame> frames) noexcept override {

@@ -18,7 +18,7 @@ Frame encode_emergency(int node, const Emergency& emergency) noexcept {
 std::optional<Emergency> decode_emergency(const Frame& frame, int node) noexcept {
   if (!is_message(frame, kEmergencyBase + node, 8)) return std::nullopt;
   Emergency emergency{.code = get<uint16_t>(frame.data, 0), .error_register = frame.data[2]};
-  std::copy(frame.data.begin() + 3, frame.data.end(), emergency.detail.begin());
+  std::copy_n(frame.data.begin() + 3, emergency.detail.size(), emergency.detail.begin());
   return emergency;
 }
 

@@ -60,6 +60,9 @@ class DriveProtocol {
   /// The resolution of commanded efforts of an axis that follows efforts, N or Pa; 0: none that matters.
   virtual double effort_step(const AxisConfig& /*axis*/) const { return 0; }
 
+  /// How its frames travel.
+  virtual Wire wire() const { return Wire::kCan; }
+
   /// The frames of a running robot without those of its sensors, for the bus budget.
   virtual std::vector<PeriodicFrames> periodic_frames(const MasterConfig& config) const = 0;
 

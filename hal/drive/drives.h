@@ -7,6 +7,7 @@
 
 #include "hal/bus/bus.h"
 #include "hal/bus/frame_batch.h"
+#include "hal/bus/wire.h"
 #include "hal/sensor/sensor.h"
 
 namespace tendril::hal {
@@ -101,6 +102,9 @@ class DriveMaster {
   /// The identifiers, see marked_id, of all frames that `receive` uses.
   /// Real-time: no (allocates).
   virtual std::vector<uint32_t> identifiers() const = 0;
+
+  /// How the frames travel, for the load of the bus. Real-time: yes.
+  virtual Wire wire() const noexcept { return Wire::kCan; }
 
   /// Takes in one frame of the bus; frames of others are ignored.
   /// @param arrival_ns  when it arrived, which may be well before it was read

@@ -20,6 +20,14 @@ TEST_CASE("A frame reads back from its own text", "[unit]") {
   CHECK_FALSE(parse_frame("049#")->remote);
 }
 
+TEST_CASE("A frame of more than 8 bytes reads as one of CAN FD", "[unit]") {
+  Frame frame{.id = 0x202, .length = 12};
+  frame.data[11] = 0xAB;
+  CHECK(to_text(frame) == "202##00000000000000000000000AB");
+  frame.length = kMaxFrameBytes;
+  CHECK(to_text(frame).size() == 6 + 2 * kMaxFrameBytes);
+}
+
 TEST_CASE("Text that is no frame is refused", "[unit]") {
   for (const char* text : {"", "202", "02#00", "800#00", "202#0", "202#0G", "202#010203040506070809",
                            "2 2#00", "20000000#00", "202##00", "202#-1", "0202#00", "202#RR", "202#R00"}) {

@@ -133,6 +133,38 @@ TEST_CASE("What speaks another language on a local bus is cut off, and the other
   CHECK(host->receive(frame));
 }
 
+TEST_CASE("Frames of every length up to 64 bytes cross a local bus together, whole", "[unit]") {
+  const SocketPath at;
+  const auto host = open_bus(at.name(), BusRole::kHost);
+  const auto joiner = open_bus(at.name(), BusRole::kJoin), other = open_bus(at.name(), BusRole::kJoin);
+  std::vector<Frame> sent, received(200);
+  CHECK(host->receive(received) == 0);
+  CHECK(host->receive(received) == 0);  // both have joined
+  for (int k = 0; k < 130; ++k) {
+    Frame frame{.id = static_cast<uint32_t>(k), .length = static_cast<uint8_t>(k % (kMaxFrameBytes + 1))};
+    for (int i = 0; i < frame.length; ++i) frame.data[i] = static_cast<uint8_t>(7 * k + i);
+    sent.push_back(frame);
+  }
+  REQUIRE(joiner->send(sent) == SendResult::kSent);
+  for (Bus* bus : {host.get(), other.get()}) {
+    REQUIRE(bus->receive(received) == static_cast<int>(sent.size()));
+    CHECK(std::equal(sent.begin(), sent.end(), received.begin()));
+  }
+}
+
+TEST_CASE("A packet on a local bus whose last frame is cut short is from no peer", "[unit]") {
+  const SocketPath at;
+  const auto host = open_bus(at.name(), BusRole::kHost);
+  const int cut = GENERATE(1, 8, 15);
+  const RawJoiner raw(at);
+  Frame frame;
+  CHECK_FALSE(host->receive(frame));
+  std::array<char, 8 + 2 * 16> packet{};  // a stamp and two frames without data
+  REQUIRE(::send(raw.fd, packet.data(), packet.size() - cut, MSG_NOSIGNAL) > 0);
+  CHECK_FALSE(host->receive(frame));
+  CHECK(::send(raw.fd, packet.data(), packet.size(), MSG_NOSIGNAL) < 0);
+}
+
 TEST_CASE("A remote frame on a local bus is one", "[unit]") {
   const SocketPath at;
   const auto host = open_bus(at.name(), BusRole::kHost), joiner = open_bus(at.name(), BusRole::kJoin);

@@ -114,6 +114,21 @@ TEST_CASE("Frames cross a real SocketCAN interface unchanged, and not back to th
   CHECK(b->dropped() == 0);
 }
 
+TEST_CASE("A frame of more than 8 bytes is dropped with all after it and counted, as CAN does not carry it",
+          "[vcan]") {
+  if (skipped_without_vcan0()) return;
+  const Vcan vcan;
+  const auto a = open_bus(vcan.name(), BusRole::kHost), b = open_bus(vcan.name(), BusRole::kJoin);
+  const std::array<Frame, 3> frames{Frame{.id = 1}, Frame{.id = 2, .length = 9}, Frame{.id = 3}};
+  CHECK(a->send(frames) == SendResult::kQueueFull);
+  CHECK(a->dropped() == 2);
+  Frame frame;
+  REQUIRE(wait_for(*b, frame));
+  CHECK(frame.id == 1);
+  CHECK_FALSE(b->receive(frame));
+  CHECK(a->health() == BusHealth::kActive);
+}
+
 TEST_CASE("Frames sent together cross a real SocketCAN interface in their order, however many", "[vcan]") {
   if (skipped_without_vcan0()) return;
   const Vcan vcan;
