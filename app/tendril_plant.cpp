@@ -38,7 +38,8 @@ using FaultRing = rt::SpscRing<PlantFault, 64>;  // main thread ▶ bus thread
 /// @return  share of the grid's deadlines that were passed over; nothing where the body could not be advanced
 std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplacements>& displacements,
                                rt::TripleBuffer<PlantEfforts>& efforts,
-                               rt::TripleBuffer<PlantSighting>& sightings, const std::atomic<bool>& quit) {
+                               rt::TripleBuffer<PlantMeasurement>& measurements,
+                               const std::atomic<bool>& quit) {
   std::int64_t then_ns = rt::now_ns(), steps = 0, missed = 0;
   rt::PeriodicClock clock(1e9 / static_cast<double>(body.time_step_ns()), then_ns);
   while (!quit) {
@@ -51,8 +52,8 @@ std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplaceme
     then_ns = now_ns;
     efforts.back() = body.efforts();
     efforts.publish();
-    sightings.back() = body.sighting(now_ns);
-    sightings.publish();
+    measurements.back() = body.measurement(now_ns);
+    measurements.publish();
     ++steps;
     missed += clock.realign(rt::now_ns());
   }
@@ -60,7 +61,7 @@ std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplaceme
 }
 
 void run_bus(hal::Bus& bus, PlantDrives& drives, rt::TripleBuffer<PlantDisplacements>& displacements,
-             rt::TripleBuffer<PlantEfforts>& efforts, rt::TripleBuffer<PlantSighting>& sightings,
+             rt::TripleBuffer<PlantEfforts>& efforts, rt::TripleBuffer<PlantMeasurement>& measurements,
              FaultRing& faults, const std::atomic<bool>& quit) noexcept {
   PlantFault fault;
   pollfd readable{bus.descriptor(), POLLIN, 0};
@@ -68,8 +69,8 @@ void run_bus(hal::Bus& bus, PlantDrives& drives, rt::TripleBuffer<PlantDisplacem
     poll(&readable, 1, kPollTimeout_ms);
     while (faults.pop(fault)) drives.inject(fault);
     drives.set_loads(efforts.latest());
-    drives.serve(bus, sightings.latest(), rt::now_ns());
-    displacements.back() = drives.felt_displacements();
+    drives.serve(bus, measurements.latest(), rt::now_ns());
+    displacements.back() = drives.body_displacements();
     displacements.publish();
   }
 }
@@ -92,22 +93,22 @@ int run_plant(const std::string& file, const std::string& bus_name) {
   const auto bus = hal::open_bus(bus_name.empty() ? config.bus.name : bus_name, hal::BusRole::kHost);
   rt::TripleBuffer<PlantDisplacements> displacements;
   rt::TripleBuffer<PlantEfforts> efforts;
-  rt::TripleBuffer<PlantSighting> sightings;
+  rt::TripleBuffer<PlantMeasurement> measurements;
   FaultRing faults;
   PlantConsole console(config);
   std::atomic<bool> quit{false};
-  displacements.back() = drives.felt_displacements();
+  displacements.back() = drives.body_displacements();
   displacements.publish();
-  sightings.back() = body.sighting(rt::now_ns());
-  sightings.publish();
+  measurements.back() = body.measurement(rt::now_ns());
+  measurements.publish();
 
   rt::RealtimeThread bus_thread({"bus", kBusPriority}, rt::RtRights::kIgnore, [&] {
-    run_bus(*bus, drives, displacements, efforts, sightings, faults, quit);
+    run_bus(*bus, drives, displacements, efforts, measurements, faults, quit);
   });
   std::optional<double> behind;
   std::atomic<bool> body_ended{false};
   std::thread body_thread([&] {
-    behind = run_body(body, displacements, efforts, sightings, quit);
+    behind = run_body(body, displacements, efforts, measurements, quit);
     body_ended = true;
   });
   spdlog::info("{}: simulated robot of {} nodes on {}", config.robot, body.robot().model.mesh().node_count(),

@@ -60,7 +60,7 @@ PathRun run_path(app::Config config, double speed, double rounds, const Loops& l
   if (rig.phase() != rt::Phase::kRunning) throw std::runtime_error("a fault ended the run before its end");
 
   PathRun run;
-  for (const app::PlantSighting& seen : rig.sightings())
+  for (const app::PlantMeasurement& seen : rig.measurements())
     if (seen.stamp_ns >= begin_ns)
       run.seen.push_back({kNs * static_cast<double>(seen.stamp_ns - begin_ns), seen.tip,
                           rig.motion()->at(seen.stamp_ns).position});

@@ -70,7 +70,7 @@ class DriveBench {
   void serve() noexcept {
     while (!quit_) {
       clock_.wait();
-      const app::PlantSighting nothing{.stamp_ns = rt::now_ns()};  // but sensors tell even that
+      const app::PlantMeasurement nothing{.stamp_ns = rt::now_ns()};  // but sensors tell even that
       drives_.serve(*bus_, nothing, nothing.stamp_ns);
       clock_.realign(rt::now_ns());
     }
@@ -169,7 +169,7 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   config.control.model_cpu = options.model_cpu;
   config.control.model_rate_limit_hz = options.model_rate_limit;
   config.control.late_cycles_limit = std::numeric_limits<int>::max();
-  config = app::without_body(config);
+  config = app::with_drives_only(config);
   LatencyFacts facts;
   const auto robot = app::build_model(config);
   const rt::EffectorVector rest = app::rest_of_effectors(*robot);

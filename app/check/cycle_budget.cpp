@@ -34,10 +34,10 @@ rt::ControllerConfig undisturbed(const Config& config) {
   return limits;
 }
 
-/// A local bus whose frames arrive in the time of the rehearsal, and not in that of the machine's clock.
-class RehearsalBus final : public hal::Bus {
+/// A local bus whose frames arrive in the time of the loop, and not in that of the machine's clock.
+class RestampingBus final : public hal::Bus {
  public:
-  RehearsalBus(const std::string& name, const std::int64_t& now_ns)
+  RestampingBus(const std::string& name, const std::int64_t& now_ns)
       : bus_(hal::open_bus(name, hal::BusRole::kJoin)), now_ns_(now_ns) {}
 
   hal::SendResult send(std::span<const hal::Frame> frames) noexcept override { return bus_->send(frames); }
@@ -56,14 +56,14 @@ class RehearsalBus final : public hal::Bus {
 };
 
 /// The control loop and its drives, taking turns in one thread under a clock of their own.
-class Rehearsal {
+class LoopWithDrives {
  public:
-  Rehearsal(const Robot& robot, const Config& config)
+  LoopWithDrives(const Robot& robot, const Config& config)
       : period_ns_(static_cast<std::int64_t>(1e9 / config.control.rate_hz)),
         drives_bus_(hal::open_bus(medium_.name(), hal::BusRole::kHost)),
         bus_(medium_.name(), now_ns_),
-        drives_(without_body(config)),
-        stack_(undisturbed(config), hal::make_master(master_config(without_body(config))), bus_) {
+        drives_(with_drives_only(config)),
+        stack_(undisturbed(config), hal::make_master(master_config(with_drives_only(config))), bus_) {
     linearise_at_rest(robot, config, now_ns_, stack_.channels->snapshots.back());
     stack_.channels->snapshots.publish();
   }
@@ -71,7 +71,7 @@ class Rehearsal {
   /// One cycle; the CPU's time in reading, solving and writing, s.
   std::array<double, 3> cycle() {
     now_ns_ += period_ns_;
-    const PlantSighting nothing{.stamp_ns = now_ns_ - period_ns_ / 2};  // but sensors tell even that
+    const PlantMeasurement nothing{.stamp_ns = now_ns_ - period_ns_ / 2};  // but sensors tell even that
     drives_.serve(*drives_bus_, nothing, nothing.stamp_ns);
     const double begin = cpu_seconds();
     const rt::CycleStart start{now_ns_, now_ns_};
@@ -97,7 +97,7 @@ class Rehearsal {
   std::int64_t now_ns_ = 1'000'000'000, period_ns_;  // stamps of zero mean "never"
   PrivateBus medium_;
   std::unique_ptr<hal::Bus> drives_bus_;
-  RehearsalBus bus_;
+  RestampingBus bus_;
   PlantDrives drives_;
   ControlStack stack_;
   rt::Phase phase_ = rt::Phase::kConnecting;
@@ -112,14 +112,14 @@ double quantile(std::vector<double>& values) {
 }  // namespace
 
 CycleCost time_cycle(const Robot& robot, const Config& config) {
-  const auto rehearsal = std::make_unique<Rehearsal>(robot, config);
-  if (!rehearsal->start())
+  const auto loop = std::make_unique<LoopWithDrives>(robot, config);
+  if (!loop->start())
     throw ConfigError(
         fmt::format("{}: simulated drives cannot be brought to follow at control.rate {:g} Hz: {}",
-                    config.file.string(), config.control.rate_hz, rehearsal->fault()));
+                    config.file.string(), config.control.rate_hz, loop->fault()));
   std::array<std::vector<double>, 3> stages;
   for (int k = 0; k < kSamples; ++k) {
-    const auto times = rehearsal->cycle();
+    const auto times = loop->cycle();
     for (std::size_t s = 0; s < stages.size(); ++s) stages[s].push_back(times[s]);
   }
   return {quantile(stages[0]), quantile(stages[1]), quantile(stages[2])};

@@ -19,7 +19,7 @@ const char* effort_key(const ActuatorConfig& actuator) {
   return std::holds_alternative<CableConfig>(actuator.kind) ? "tension" : "force";
 }
 
-std::vector<AtLimit> limits_met(const Config& config, const StaticReach& statics) {
+std::vector<AtLimit> limits_met(const Config& config, const StaticSolution& statics) {
   std::vector<AtLimit> result;
   for (size_t a = 0; a < config.actuators.size(); ++a) {
     const ActuatorConfig& actuator = config.actuators[a];
@@ -76,7 +76,7 @@ WaypointCheck check_waypoint(const Robot& robot, const Config& config, const Eig
                              const rt::EffectorVector& at_rest) {
   WaypointCheck result;
   result.goal = goal_at(config, waypoint, at_rest);
-  result.statics = reach(robot, config, result.goal);
+  result.statics = solve_inverse_statics(robot, config, result.goal);
   double sum = 0;
   const auto rows = effector_rows(config);
   for (size_t r = 0; r < rows.size(); ++r) {

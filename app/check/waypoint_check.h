@@ -25,7 +25,7 @@ struct AtLimit {
 /// How near the model comes to one waypoint, and what keeps it from coming nearer.
 struct WaypointCheck {
   rt::EffectorVector goal;         ///< e, m or m³
-  StaticReach statics;             ///< without a result where no equilibrium was found
+  StaticSolution statics;          ///< without a result where no equilibrium was found
   std::optional<double> miss;      ///< of the effector that moves, m; none where no equilibrium was found
   std::vector<AtLimit> at_limits;  ///< none where no equilibrium was found
   bool others_weigh = false;       ///< whether other effectors have a say

@@ -45,7 +45,7 @@ PlantDrives::PlantDrives(const Config& config, const PlantDisplacements& start)
   }
 }
 
-void PlantDrives::serve(hal::Bus& bus, const PlantSighting& sighting, std::int64_t now_ns) noexcept {
+void PlantDrives::serve(hal::Bus& bus, const PlantMeasurement& measurement, std::int64_t now_ns) noexcept {
   inject_due(now_ns);
   line_.release(bus, now_ns);
   hal::Frame frame;
@@ -58,7 +58,7 @@ void PlantDrives::serve(hal::Bus& bus, const PlantSighting& sighting, std::int64
   answers_.clear();
   for (auto& drive : drives_) drive->advance(now_ns, answers_);
   line_.send(bus, answers_, now_ns);
-  show(bus, sighting, now_ns);
+  send_samples(bus, measurement, now_ns);
 }
 
 void PlantDrives::set_loads(const PlantEfforts& efforts) noexcept {
@@ -118,25 +118,26 @@ void PlantDrives::clear() noexcept {
   sensor_silent_ = {};
 }
 
-void PlantDrives::show(hal::Bus& bus, const PlantSighting& sighting, std::int64_t now_ns) noexcept {
-  if (sighting.stamp_ns == 0) return;
-  std::span<const double> left = sighting.measured;
+void PlantDrives::send_samples(hal::Bus& bus, const PlantMeasurement& measurement,
+                               std::int64_t now_ns) noexcept {
+  if (measurement.stamp_ns == 0) return;
+  std::span<const double> left = measurement.measured;
   for (size_t s = 0; s < sensors_.size(); ++s) {
     const std::vector<MeasuredConfig>& measures = sensors_[s].measures;
     std::array<double, hal::kMaxSensorSignals> values;
     std::copy_n(left.begin(), measures.size(), values.begin());
     left = left.subspan(measures.size());
     // Who tells an age has a picture to show, others tell at any time what they feel.
-    const std::int64_t shown_ns = sensors_[s].frame.age ? sighting.stamp_ns : now_ns;
-    if (shown_ns < shown_ns_[s] + std::llround(1e9 / sensors_[s].frame.rate_hz)) continue;
-    shown_ns_[s] = shown_ns;
+    const std::int64_t sent_ns = sensors_[s].frame.age ? measurement.stamp_ns : now_ns;
+    if (sent_ns < sent_ns_[s] + std::llround(1e9 / sensors_[s].frame.rate_hz)) continue;
+    sent_ns_[s] = sent_ns;
     if (sensor_silent_[s]) continue;
     for (size_t k = 0; k < measures.size(); ++k) {
       const std::string& unit = sensors_[s].frame.signals[k].unit;
       const double noise = unit == "m" ? noise_.position : unit == "N" ? noise_.force : noise_.pressure;
       if (noise > 0) values[k] += std::normal_distribution<double>(0, noise)(random_);
     }
-    const auto frame = hal::encode_sample(sensors_[s].frame, values, now_ns - sighting.stamp_ns);
+    const auto frame = hal::encode_sample(sensors_[s].frame, values, now_ns - measurement.stamp_ns);
     if (frame) line_.send(bus, {&*frame, 1}, now_ns);
   }
 }
@@ -147,14 +148,14 @@ PlantDisplacements PlantDrives::displacements() const noexcept {
   return displacements;
 }
 
-PlantDisplacements PlantDrives::felt_displacements() const noexcept {
+PlantDisplacements PlantDrives::body_displacements() const noexcept {
   PlantDisplacements felt = displacements();
   for (size_t a = 0; a < drives_.size(); ++a)
     if (cut_[a]) felt.delta_a[a] = kOutOfReach_m;
   return felt;
 }
 
-Config without_body(Config config) {
+Config with_drives_only(Config config) {
   config.plant = PlantConfig{};
   for (SensorConfig& sensor : config.sensors) sensor.frame.required = false;
   return config;
@@ -178,15 +179,15 @@ PlantBody::PlantBody(const Config& config, const PlantDisplacements& start)
     measures_.insert(measures_.end(), sensor.measures.begin(), sensor.measures.end());
 }
 
-PlantSighting PlantBody::sighting(std::int64_t now_ns) const {
-  PlantSighting sighting{.tip = tip(), .stamp_ns = now_ns};
+PlantMeasurement PlantBody::measurement(std::int64_t now_ns) const {
+  PlantMeasurement measurement{.tip = tip(), .stamp_ns = now_ns};
   for (size_t k = 0; k < measures_.size(); ++k) {
     const MeasuredConfig& measured = measures_[k];
-    sighting.measured[k] = measured.effector >= 0
-                               ? robot_->position(dynamics_.x(), measured.effector)[measured.axis]
-                               : dynamics_.efforts()[measured.actuator];
+    measurement.measured[k] = measured.effector >= 0
+                                  ? robot_->position(dynamics_.x(), measured.effector)[measured.axis]
+                                  : dynamics_.efforts()[measured.actuator];
   }
-  return sighting;
+  return measurement;
 }
 
 PlantEfforts PlantBody::efforts() const {

@@ -25,8 +25,8 @@ struct PlantEfforts {
   std::array<double, kMaxActuators> lambda_a{};
 };
 
-/// What there was to be measured of the simulated robot at an instant.
-struct PlantSighting {
+/// The state of the simulated robot at an instant, as far as sensors can measure it.
+struct PlantMeasurement {
   Eigen::Vector3d tip = Eigen::Vector3d::Zero();          ///< position of the first effector, m
   std::array<double, hal::kMaxSensorSignals> measured{};  ///< one a signal, as in hal::SensorReadings
   std::int64_t stamp_ns = 0;                              ///< 0: not known yet
@@ -40,7 +40,7 @@ class PlantDrives {
 
   /// Answers all that has arrived, lets time pass, and lets each sensor send at its rate.
   /// Real-time: bounded by the frames that have arrived; allocates nothing.
-  void serve(hal::Bus& bus, const PlantSighting& sighting, std::int64_t now_ns) noexcept;
+  void serve(hal::Bus& bus, const PlantMeasurement& measurement, std::int64_t now_ns) noexcept;
 
   /// Lets the body pull at the drives from now on. Real-time: bounded, allocates nothing.
   void set_loads(const PlantEfforts& efforts) noexcept;
@@ -51,22 +51,22 @@ class PlantDrives {
   /// Where the drives stand now.
   PlantDisplacements displacements() const noexcept;
 
-  /// What the body feels of them: a cable that is cut is let out beyond all reach.
-  PlantDisplacements felt_displacements() const noexcept;
+  /// Those that act on the body: the cable of a `cut` fault is so long that it is slack.
+  PlantDisplacements body_displacements() const noexcept;
 
   hal::SimulatedDrive& drive(int axis) { return *drives_[axis]; }
 
  private:
   void inject_due(std::int64_t now_ns) noexcept;
   void clear() noexcept;
-  void show(hal::Bus& bus, const PlantSighting& sighting, std::int64_t now_ns) noexcept;
+  void send_samples(hal::Bus& bus, const PlantMeasurement& measurement, std::int64_t now_ns) noexcept;
 
   std::vector<std::unique_ptr<hal::SimulatedDrive>> drives_;
   std::vector<SensorConfig> sensors_;
-  std::array<std::int64_t, hal::kMaxSensors> shown_ns_{};  // of what each sensor showed last
-  std::vector<PlantFault> planned_;                        // the next one first
-  std::size_t injected_ = 0;                               // of those planned
-  std::int64_t start_ns_ = -1;                             // of the first call of serve; -1: none yet
+  std::array<std::int64_t, hal::kMaxSensors> sent_ns_{};  // stamp of the last sample of each sensor
+  std::vector<PlantFault> planned_;                       // the next one first
+  std::size_t injected_ = 0;                              // of those planned
+  std::int64_t start_ns_ = -1;                            // of the first call of serve; -1: none yet
   PlantLine line_;
   std::array<bool, kMaxActuators> cut_{};
   std::array<bool, hal::kMaxSensors> sensor_silent_{};
@@ -77,9 +77,9 @@ class PlantDrives {
   hal::FrameBatch answers_;
 };
 
-/// The robot as one rehearses with it where there are drives but no body: without the faults that the file
-/// may plan, and without the need for sensors. Real-time: no (allocates).
-Config without_body(Config config);
+/// The configuration for a simulation of the drives alone, without a body: no planned faults, no sensor is
+/// required. Real-time: no (allocates).
+Config with_drives_only(Config config);
 
 /// The mechanical half of the simulated robot: the body in motion, its actuators at the drives'
 /// displacements.
@@ -101,7 +101,7 @@ class PlantBody {
 
   Eigen::Vector3d tip() const { return robot_->tip(dynamics_.x()); }
   /// What there is to be measured. Efforts are those of the last step, 0 before the first.
-  PlantSighting sighting(std::int64_t now_ns) const;
+  PlantMeasurement measurement(std::int64_t now_ns) const;
   const Robot& robot() const { return *robot_; }
   std::int64_t time_step_ns() const { return time_step_ns_; }
 

@@ -82,9 +82,9 @@ void refuse(const Config& config, int line, const std::string& what) {
   throw ConfigError(fmt::format("{}:{}: {}", config.file.string(), line, what));
 }
 
-Substance model_substance(const Config& config) {
+BodyMaterials model_materials(const Config& config) {
   const MaterialConfig& m = config.material;
-  Substance result{{m.material}, {m.mass, m.mass_per_node, {}}};
+  BodyMaterials result{{m.material}, {m.mass, m.mass_per_node, {}}};
   for (const MaterialRegionConfig& region : m.regions) result.materials.push_back(region.material);
   if (std::ranges::any_of(m.regions, [](const auto& region) { return region.mass.has_value(); })) {
     result.mass.of_material = {std::nullopt};
@@ -93,9 +93,9 @@ Substance model_substance(const Config& config) {
   return result;
 }
 
-Substance plant_substance(const Config& config) {
+BodyMaterials plant_materials(const Config& config) {
   const PlantConfig& plant = *config.plant;
-  Substance result = model_substance(config);
+  BodyMaterials result = model_materials(config);
   const double stiffer = plant.young_modulus / config.material.material.young_modulus;
   const double heavier = plant.mass / config.material.mass;
   for (fem::Material& material : result.materials) material.young_modulus *= stiffer;
@@ -107,13 +107,13 @@ Substance plant_substance(const Config& config) {
   return result;
 }
 
-fem::Model build_body(const Config& config, const Substance& substance,
+fem::Model build_body(const Config& config, const BodyMaterials& materials,
                       const std::vector<LoadConfig>& loads) {
   const fem::Mesh mesh = load_mesh(config);
   const auto fixed = nodes_of(config, mesh, config.fixed, "fixed");
   const auto of_tet = material_of_tets(config, mesh);
   try {
-    fem::Model model(mesh, substance.materials, of_tet, substance.mass, fixed, config.gravity);
+    fem::Model model(mesh, materials.materials, of_tet, materials.mass, fixed, config.gravity);
     for (const LoadConfig& load : loads) model.add_load(attach(model, config, load.at, "loads"), load.force);
     return model;
   } catch (const fem::MeshError& error) {

@@ -14,19 +14,20 @@ namespace tendril::app {
 /// Throws a ConfigError "FILE:LINE: WHAT".
 [[noreturn]] void refuse(const Config& config, int line, const std::string& what);
 
-/// What the body is made of: that of the whole first, then that of each of the file's regions.
-struct Substance {
+/// The materials of a body: that of the whole first, then that of each of the file's regions.
+struct BodyMaterials {
   std::vector<fem::Material> materials;
   fem::Mass mass;
 };
-Substance model_substance(const Config& config);
-/// That of the simulated robot; the file has the section `plant`.
-Substance plant_substance(const Config& config);
+BodyMaterials model_materials(const Config& config);
+/// Those of the simulated robot; the file has the section `plant`.
+BodyMaterials plant_materials(const Config& config);
 
-/// The mesh where the file puts it, of that substance, held and pulled at as the file says.
+/// The mesh, placed, fixed and loaded as the file says.
 /// @param loads  beside gravity
 /// @throws ConfigError with the line of what does not fit the mesh
-fem::Model build_body(const Config& config, const Substance& substance, const std::vector<LoadConfig>& loads);
+fem::Model build_body(const Config& config, const BodyMaterials& materials,
+                      const std::vector<LoadConfig>& loads);
 
 /// Attaches a point to a body.
 /// @param key  of the point, for the message

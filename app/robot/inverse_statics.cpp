@@ -14,8 +14,9 @@ constexpr double kEffort = 1e-6;   // of the efforts, of the range of each
 
 }  // namespace
 
-StaticReach reach(const Robot& robot, const Config& config, const rt::EffectorVector& goal) {
-  StaticReach result;
+StaticSolution solve_inverse_statics(const Robot& robot, const Config& config,
+                                     const rt::EffectorVector& goal) {
+  StaticSolution result;
   const rt::ControllerConfig limits = controller_config(config);
   const rt::ActuatorVector small = kEffort * (limits.a_max - limits.a_min);
   ModelRefresher model(robot, config);

@@ -8,7 +8,7 @@
 namespace tendril::app {
 
 /// A static answer of the inverse problem.
-struct StaticReach {
+struct StaticSolution {
   bool converged = false;  ///< efforts and body have come to rest; otherwise the vectors may be empty
   int refreshes = 0;
   Eigen::VectorXd lambda;   ///< efforts, m, N or Pa
@@ -21,7 +21,8 @@ struct StaticReach {
 /// @param robot  built from the configuration; top rates do not count
 /// @param goal   e, m or m³
 /// Real-time: no.
-StaticReach reach(const Robot& robot, const Config& config, const rt::EffectorVector& goal);
+StaticSolution solve_inverse_statics(const Robot& robot, const Config& config,
+                                     const rt::EffectorVector& goal);
 
 /// Where the effectors are when the body rests with all actuators at displacement zero, e, m or m³; where it
 /// finds no rest there, as its loads bend it too far, where they are in the shape of the mesh.

@@ -141,7 +141,7 @@ Eigen::Vector3d Robot::position(const Eigen::VectorXd& x, int effector) const {
 }
 
 std::unique_ptr<Robot> build_model(const Config& config) {
-  return build(config, build_body(config, model_substance(config), config.loads));
+  return build(config, build_body(config, model_materials(config), config.loads));
 }
 
 std::unique_ptr<Robot> build_plant(const Config& config) {
@@ -151,7 +151,7 @@ std::unique_ptr<Robot> build_plant(const Config& config) {
                     config.file.string()));
   std::vector<LoadConfig> loads = config.loads;
   loads.insert(loads.end(), config.plant->loads.begin(), config.plant->loads.end());
-  return build(config, build_body(config, plant_substance(config), loads));
+  return build(config, build_body(config, plant_materials(config), loads));
 }
 
 hal::DisplacementUnit displacement_unit(const ActuatorConfig& actuator) {

@@ -44,7 +44,7 @@ VirtualRig::VirtualRig(const Config& config, const VirtualSettings& settings)
       control_grid_(config.control.rate_hz, kVirtualStart_ns),
       rest_(rest_of_effectors(*robot_)),
       jitter_(settings.jitter_seed) {
-  sightings_.push_back(body_.sighting(kVirtualStart_ns));
+  measurements_.push_back(body_.measurement(kVirtualStart_ns));
   events_ = {{&VirtualRig::move_body, body_.time_step_ns(), kVirtualStart_ns + body_.time_step_ns()},
              {&VirtualRig::serve_drives, settings.drive_period_ns, kVirtualStart_ns},
              {&VirtualRig::refresh_model, period_ns(settings.model_rate_hz), kVirtualStart_ns},
@@ -73,13 +73,13 @@ void VirtualRig::step() {
 }
 
 void VirtualRig::move_body() {
-  if (!body_.step(drives_.felt_displacements(), config_.plant->time_step))
+  if (!body_.step(drives_.body_displacements(), config_.plant->time_step))
     throw std::runtime_error("the simulated body could not be advanced: a smaller plant.time_step may help");
   drives_.set_loads(body_.efforts());
-  sightings_.push_back(body_.sighting(now_ns_));
+  measurements_.push_back(body_.measurement(now_ns_));
 }
 
-void VirtualRig::serve_drives() { drives_.serve(plant_bus_, sightings_.back(), now_ns_); }
+void VirtualRig::serve_drives() { drives_.serve(plant_bus_, measurements_.back(), now_ns_); }
 
 std::int64_t VirtualRig::next_model_period_ns() {
   const std::int64_t mean_ns = period_ns(settings_.model_rate_hz);

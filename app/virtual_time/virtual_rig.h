@@ -54,9 +54,11 @@ class VirtualRig {
 
   std::int64_t now_ns() const { return now_ns_; }
   rt::Phase phase() const { return trace_.empty() ? rt::Phase::kConnecting : trace_.back().phase; }
-  const std::vector<rt::TraceRecord>& trace() const { return trace_; }        ///< every cycle so far
-  const std::vector<PlantSighting>& sightings() const { return sightings_; }  ///< after every time step
-  const std::optional<Motion>& motion() const { return motion_; }             ///< once the controller runs
+  const std::vector<rt::TraceRecord>& trace() const { return trace_; }  ///< every cycle so far
+  const std::vector<PlantMeasurement>& measurements() const {
+    return measurements_;
+  }                                                                ///< after every time step
+  const std::optional<Motion>& motion() const { return motion_; }  ///< once the controller runs
   const rt::Controller& controller() const { return stack_.controller; }
   const hal::DriveMaster& master() const { return *stack_.master; }
   PlantDisplacements displacements() const { return drives_.displacements(); }
@@ -115,7 +117,7 @@ class VirtualRig {
   int overruns_ = 0, late_in_a_row_ = 0;
   std::vector<Event> events_;  // a tie is served in this order
   std::vector<rt::TraceRecord> trace_;
-  std::vector<PlantSighting> sightings_;
+  std::vector<PlantMeasurement> measurements_;
   rt::EffectorVector rest_;  // where effectors that do not move stay
   std::optional<Motion> motion_;
   std::mt19937 jitter_;

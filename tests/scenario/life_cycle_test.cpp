@@ -25,7 +25,7 @@ TEST_CASE("Phases come in order and enabling moves nothing, wherever the winches
     CHECK(rig.trace().back().command[a] == Approx(settings.start.delta_a[a]).margin(kOneCount_m));
   }
   // The model rests where the body does: the tip it believes in is the tip of the (stiffer) body, nearly.
-  CHECK(rig.trace().back().p_e[0] == Approx(rig.sightings().back().tip.x()).margin(1e-3));
+  CHECK(rig.trace().back().p_e[0] == Approx(rig.measurements().back().tip.x()).margin(1e-3));
   rig.run_for(0.5);
   CHECK(testing::within_limits(config, rig.trace()));
 }

@@ -81,7 +81,7 @@ TEST_CASE("The same run in virtual time gives the same bits", "[scenario]") {
   two.run_for(1.5);
   REQUIRE(one.phase() == rt::Phase::kRunning);
   REQUIRE(one.trace().size() == two.trace().size());
-  REQUIRE(one.sightings().size() == two.sightings().size());
+  REQUIRE(one.measurements().size() == two.measurements().size());
   const auto same_bits = [](const auto& a, const auto& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; };
   for (size_t k = 0; k < one.trace().size(); ++k) {
     const rt::TraceRecord &a = one.trace()[k], &b = two.trace()[k];
@@ -92,8 +92,8 @@ TEST_CASE("The same run in virtual time gives the same bits", "[scenario]") {
              a.snapshot_sequence == b.snapshot_sequence && a.faults.bits() == b.faults.bits() &&
              a.intended_ns == b.intended_ns));
   }
-  for (size_t k = 0; k < one.sightings().size(); ++k)
-    REQUIRE(same_bits(one.sightings()[k].tip, two.sightings()[k].tip));
+  for (size_t k = 0; k < one.measurements().size(); ++k)
+    REQUIRE(same_bits(one.measurements()[k].tip, two.measurements()[k].tip));
 }
 
 TEST_CASE("A goal out of reach is served by the closest point, within all limits", "[scenario]") {
@@ -107,7 +107,8 @@ TEST_CASE("A goal out of reach is served by the closest point, within all limits
   REQUIRE(rig.phase() == rt::Phase::kRunning);
   CHECK(testing::within_limits(config, rig.trace()));
   const rt::TraceRecord& last = rig.trace().back();
-  const StaticReach best = reach(*build_model(config), config, rt::EffectorVector::Constant(1, 0.08));
+  const StaticSolution best =
+      solve_inverse_statics(*build_model(config), config, rt::EffectorVector::Constant(1, 0.08));
   REQUIRE(best.converged);
   CHECK(best.p_e[0] < 0.07);
   CHECK(last.p_e[0] == Approx(best.p_e[0]).margin(1e-4));

@@ -115,12 +115,12 @@ TEST_CASE("Cut cables pull no more, whatever their drives do, and for good", "[s
   cut.rig.run_for(0.5);
   // What the drives do is the same; the tip, which a cable pulled aside, has come back to the middle.
   CHECK(cut.rig.displacements().delta_a == sound.rig.displacements().delta_a);
-  const double pulled = std::abs(sound.rig.sightings().back().tip.x());
+  const double pulled = std::abs(sound.rig.measurements().back().tip.x());
   REQUIRE(pulled > 2e-3);
-  CHECK(std::abs(cut.rig.sightings().back().tip.x()) < 0.1 * pulled);
+  CHECK(std::abs(cut.rig.measurements().back().tip.x()) < 0.1 * pulled);
   cut.inject("clear");
   cut.rig.run_for(0.1);
-  CHECK(std::abs(cut.rig.sightings().back().tip.x()) < 0.1 * pulled);
+  CHECK(std::abs(cut.rig.measurements().back().tip.x()) < 0.1 * pulled);
 }
 
 TEST_CASE("A camera with noise errs by as much as it was told, and about nothing on the mean", "[scenario]") {
@@ -134,10 +134,10 @@ TEST_CASE("A camera with noise errs by as much as it was told, and about nothing
   for (const rt::TraceRecord& record : run.rig.trace()) {
     if (record.intended_ns < since_ns || record.sensors.stamp_ns[0] == seen_ns) continue;
     seen_ns = record.sensors.stamp_ns[0];
-    const auto& tips = run.rig.sightings();
+    const auto& tips = run.rig.measurements();
     const auto tip =
         std::lower_bound(tips.begin(), tips.end(), seen_ns - 2'000'000,
-                         [](const PlantSighting& t, std::int64_t ns) { return t.stamp_ns < ns; });
+                         [](const PlantMeasurement& t, std::int64_t ns) { return t.stamp_ns < ns; });
     REQUIRE(tip != tips.end());
     for (int c = 0; c < 3; ++c) {
       const double error = 1e3 * (record.sensors.value[c] - tip->tip[c]);

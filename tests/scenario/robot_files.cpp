@@ -87,7 +87,7 @@ bool within_effort_limits(const Config& config, const std::vector<rt::TraceRecor
 std::vector<double> tracking_errors_mm(const Config& config, const VirtualRig& rig) {
   const auto rows = effector_rows(config);
   std::vector<double> errors;
-  for (const PlantSighting& seen : rig.sightings()) {
+  for (const PlantMeasurement& seen : rig.measurements()) {
     if (seen.stamp_ns < rig.motion()->path_start_ns()) continue;
     const rt::EffectorVector wanted = rig.motion()->at(seen.stamp_ns).position;
     double sum = 0;

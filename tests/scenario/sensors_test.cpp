@@ -47,12 +47,12 @@ struct Distance {
 Distance distance(const VirtualRig& rig, int sensor, int signal, int actuator) {
   Distance d;
   std::int64_t known_ns = 0;
-  auto body = rig.sightings().begin();
+  auto body = rig.measurements().begin();
   for (const rt::TraceRecord& record : rig.trace()) {
     const std::int64_t stamp_ns = record.sensors.stamp_ns[sensor];
     if (record.phase != Phase::kRunning || stamp_ns == known_ns) continue;
     known_ns = stamp_ns;
-    while (body + 1 != rig.sightings().end() && (body + 1)->stamp_ns <= stamp_ns - kOnItsWay_ns) ++body;
+    while (body + 1 != rig.measurements().end() && (body + 1)->stamp_ns <= stamp_ns - kOnItsWay_ns) ++body;
     const double value = record.sensors.value[signal];
     d.to_body += std::abs(value - body->measured[signal]);
     d.to_model += std::abs(value - record.lambda[actuator]);
@@ -147,9 +147,9 @@ TEST_CASE("Load cells with noise err by as much as they were told, the camera no
     const rt::TraceRecord& record = run.rig.trace()[k];
     if (record.sensors.stamp_ns[1] == known_ns) continue;
     known_ns = record.sensors.stamp_ns[1];
-    const auto& seen = run.rig.sightings();
-    const auto body = std::find_if(seen.rbegin(), seen.rend(), [&](const PlantSighting& sighting) {
-      return sighting.stamp_ns <= known_ns - kOnItsWay_ns;
+    const auto& seen = run.rig.measurements();
+    const auto body = std::find_if(seen.rbegin(), seen.rend(), [&](const PlantMeasurement& measurement) {
+      return measurement.stamp_ns <= known_ns - kOnItsWay_ns;
     });
     squares += std::pow(record.sensors.value[3] - body->measured[3], 2);
     ++samples;

@@ -107,7 +107,8 @@ void inverse(Report& report) {
   for (const auto& row : read_csv(kFolder / "inverse_sofa.csv", kInverseGoals)) {
     const Eigen::Map<const Eigen::Vector3d> goal(&row[0]), effector(&row[3]);
     const Eigen::Map<const Eigen::Vector4d> expected(&row[10]);
-    const app::StaticReach reached = app::reach(*robot, config, rt::EffectorVector(1e-3 * goal));
+    const app::StaticSolution reached =
+        app::solve_inverse_statics(*robot, config, rt::EffectorVector(1e-3 * goal));
     if (!reached.converged) throw std::runtime_error("a goal of SOFA's inverse model is not reached");
     tips.push_back((1e3 * reached.p_e - effector).norm());
     lengths.push_back((1e3 * reached.delta_a - expected).cwiseAbs().maxCoeff());

@@ -49,7 +49,7 @@ class ServedDrives {
  private:
   void serve() {
     for (bool failed = false; !quit_; std::this_thread::sleep_for(std::chrono::milliseconds(1))) {
-      const PlantSighting nothing{.stamp_ns = rt::now_ns()};
+      const PlantMeasurement nothing{.stamp_ns = rt::now_ns()};
       drives_.serve(*bus_, nothing, nothing.stamp_ns);
       if (fail_when_enabled_ && !failed && drives_.displacements().delta_a[kAir] != 0) {
         drives_.inject({.kind = PlantFaultKind::kDriveFault, .axis = kAir, .value = 0x2310});

@@ -22,7 +22,7 @@ TEST_CASE("The diamond's tip comes to a waypoint within a micrometre, and stays 
     const rt::EffectorVector goal = goal_at(config, waypoint, at_rest);
     const auto miss = [&](double epsilon) {
       config.control.epsilon = epsilon;
-      const StaticReach result = reach(*robot, config, goal);
+      const StaticSolution result = solve_inverse_statics(*robot, config, goal);
       REQUIRE(result.converged);
       return (result.p_e - goal).norm();
     };

@@ -110,7 +110,7 @@ TEST_CASE("The heavier the weight of the volume, the less of it is given up for 
     const auto robot = build_model(block.config);
     rt::EffectorVector goal = rest_of_effectors(*robot);
     goal.head<3>() += Eigen::Vector3d(0, 0, 0.0004);
-    const StaticReach result = reach(*robot, block.config, goal);
+    const StaticSolution result = solve_inverse_statics(*robot, block.config, goal);
     REQUIRE(result.converged);
     return rt::EffectorVector(result.p_e - goal);
   };
@@ -168,7 +168,7 @@ TEST_CASE("A robot with an actuator of each kind follows its path over the bus",
   CHECK(rig.heap_calls() == 0);
   double sum = 0, largest = 0;
   int samples = 0;
-  for (const PlantSighting& seen : rig.sightings()) {
+  for (const PlantMeasurement& seen : rig.measurements()) {
     if (seen.stamp_ns < rig.motion()->path_start_ns()) continue;
     const double error_mm = 1e3 * (rig.motion()->at(seen.stamp_ns).position.head<3>() - seen.tip).norm();
     sum += error_mm;
