@@ -8,7 +8,7 @@
 #include <set>
 
 #include "fem/mesh/connected_parts.h"
-#include "fem/mesh/place.h"
+#include "fem/mesh/format_point.h"
 
 namespace tendril::fem {
 namespace {
@@ -90,7 +90,7 @@ void check_held(const Mesh& mesh, int free_nodes) {
             ? ""
             : fmt::format(
                   " in the part of it around {}; merge nodes that coincide, for the mesh falls into {} parts",
-                  place(mesh.nodes.col(part)), names.size());
+                  format_point_mm(mesh.nodes.col(part)), names.size());
     throw MeshError(fmt::format("{} nodes are fixed, expected at least three that do not lie on one line{}",
                                 fixed.size(), where));
   }
