@@ -24,14 +24,14 @@ int slot(const StiffnessMatrix& pattern, int row, int column) {
 Assembler::Assembler(const Model& model, const StiffnessMatrix& pattern, const ElementKernels& kernels)
     : model_(model),
       kernels_(kernels),
-      place_of_tet_(model.tetrahedra().size()),
+      batch_and_lane_(model.tetrahedra().size()),
       positions_(Eigen::Matrix4Xd::Zero(4, model.mesh().node_count())),
       forces_(positions_) {
   positions_.topRows<3>() = model.mesh().nodes;
 
   for (const bool patched : {true, false}) {
     for (const Law law : {Law::kCorotational, Law::kNeoHookean}) add_batches(law, patched, pattern);
-    if (patched) growth_.resize(batches_.size());
+    if (patched) volume_gradients_.resize(batches_.size());
   }
   add_patches(pattern);
 }
@@ -46,7 +46,7 @@ void Assembler::add_batches(Law law, bool patched, const StiffnessMatrix& patter
   // block.
   std::sort(tets.begin(), tets.end(),
             [&](int s, int t) { return ascending(mesh.tets[s]) < ascending(mesh.tets[t]); });
-  const size_t batches = (tets.size() + kLanes - 1) / kLanes;
+  const size_t batches = (tets.size() + kBatchSize - 1) / kBatchSize;
   for (size_t i = 0; i < batches; ++i) {
     std::vector<int> lanes;
     for (size_t k = i; k < tets.size(); k += batches) lanes.push_back(tets[k]);
@@ -57,10 +57,10 @@ void Assembler::add_batches(Law law, bool patched, const StiffnessMatrix& patter
 void Assembler::add_batch(const std::vector<int>& tets, const StiffnessMatrix& pattern) {
   const int count = static_cast<int>(tets.size());
   ElementBatch batch{};
-  for (int lane = 0; lane < kLanes; ++lane) {
+  for (int lane = 0; lane < kBatchSize; ++lane) {
     const bool used = lane < count;
     const int t = used ? tets[lane] : tets[0];
-    if (used) place_of_tet_[t] = {static_cast<int>(batches_.size()), lane};
+    if (used) batch_and_lane_[t] = {static_cast<int>(batches_.size()), lane};
     const std::array<int, 4> tet = ascending(model_.mesh().tets[t]);
     const RestTetrahedron rest = rest_tetrahedron(model_.mesh().nodes(Eigen::all, tet));
     batch.volume[lane] = used ? rest.volume : 0;
@@ -72,7 +72,7 @@ void Assembler::add_batch(const std::vector<int>& tets, const StiffnessMatrix& p
     for (int a = 0, k = 0; a < 4; ++a) {
       batch.node[a][lane] = tet[a];
       for (int b = 0; b <= a; ++b, ++k)
-        batch.place[k][lane] = 9 * (used ? slot(pattern, tet[a], tet[b]) : pattern.discard_slot());
+        batch.block_offset[k][lane] = 9 * (used ? slot(pattern, tet[a], tet[b]) : pattern.discard_slot());
     }
   }
   elements_.push_back(batch);
@@ -82,18 +82,18 @@ void Assembler::add_batch(const std::vector<int>& tets, const StiffnessMatrix& p
 void Assembler::add_patches(const StiffnessMatrix& pattern) {
   for (size_t p = 0; p < model_.patches().size(); ++p) {
     const Patch& patch = model_.patches()[p];
-    PatchWork work{model_.patch_modulus(p), patch.volume, {}, {}, {}};
+    PatchAssembly work{model_.patch_modulus(p), patch.volume, {}, {}, {}};
     for (int t : patch.tets) {
-      const auto [batch, lane] = place_of_tet_[t];
-      Member member{batch, lane, ascending(model_.mesh().tets[t])};
+      const auto [batch, lane] = batch_and_lane_[t];
+      PatchElement member{batch, lane, ascending(model_.mesh().tets[t])};
       for (int& node : member.nodes)
         node = static_cast<int>(std::lower_bound(patch.nodes.begin(), patch.nodes.end(), node) -
                                 patch.nodes.begin());
-      work.members.push_back(member);
+      work.elements.push_back(member);
     }
     for (size_t i = 0; i < patch.nodes.size(); ++i)
       for (size_t j = 0; j <= i; ++j) work.slots.push_back(slot(pattern, patch.nodes[i], patch.nodes[j]));
-    work.growth.resize(3, std::ssize(patch.nodes));
+    work.volume_gradient.resize(3, std::ssize(patch.nodes));
     patches_.push_back(work);
   }
 }
@@ -104,25 +104,25 @@ int Assembler::assemble(const Eigen::VectorXd& x, Tangent tangent, Eigen::Vector
   K.set_zero();
   int inverted = 0;
   // Patches need the dilatation of all their elements before any of them can know its stress.
-  for (size_t i = 0; i < growth_.size(); ++i) inverted += measure(i);
-  share_pressures();
+  for (size_t i = 0; i < volume_gradients_.size(); ++i) inverted += deform(i);
+  update_patch_pressures();
   for (size_t i = 0; i < elements_.size(); ++i) {
-    if (i >= growth_.size()) inverted += measure(i);
+    if (i >= volume_gradients_.size()) inverted += deform(i);
     add_forces_and_stiffness(i, tangent, K);
   }
-  for (PatchWork& patch : patches_) couple(patch, K);
+  for (PatchAssembly& patch : patches_) add_patch_coupling(patch, K);
   f = forces_.topLeftCorner(3, model_.free_nodes()).reshaped();
   return inverted;
 }
 
 /// @return  number of inverted elements
-int Assembler::measure(size_t i) {
+int Assembler::deform(size_t i) {
   const bool corotational = batches_[i].law == Law::kCorotational;
   const unsigned doubtful = corotational ? kernels_.rotate(elements_[i], positions_.data())
                                          : kernels_.dilate(elements_[i], positions_.data());
   int inverted = 0;
   // Lanes that are not used count for nothing, but must come back from a pose that was not finite as well.
-  for (int lane = 0; doubtful >> lane != 0 && lane < kLanes; ++lane)
+  for (int lane = 0; doubtful >> lane != 0 && lane < kBatchSize; ++lane)
     if (doubtful >> lane & 1) {
       const bool bad = !corotational || !find_rotation(elements_[i], lane);
       inverted += bad && lane < batches_[i].count;
@@ -152,23 +152,24 @@ bool Assembler::find_rotation(ElementBatch& batch, int lane) const {
   return F.determinant() > 0;
 }
 
-void Assembler::share_pressures() {
-  for (const PatchWork& patch : patches_) {
-    double growth = 0;
-    for (const Member& m : patch.members)
-      growth += elements_[m.batch].volume[m.lane] * elements_[m.batch].theta[m.lane];
-    for (const Member& m : patch.members)
-      elements_[m.batch].pressure[m.lane] = patch.modulus * growth / patch.volume;
+void Assembler::update_patch_pressures() {
+  for (const PatchAssembly& patch : patches_) {
+    double volume_change = 0;  // m³
+    for (const PatchElement& m : patch.elements)
+      volume_change += elements_[m.batch].volume[m.lane] * elements_[m.batch].theta[m.lane];
+    for (const PatchElement& m : patch.elements)
+      elements_[m.batch].pressure[m.lane] = patch.modulus * volume_change / patch.volume;
   }
 }
 
 void Assembler::add_forces_and_stiffness(size_t i, Tangent tangent, StiffnessMatrix& K) {
-  VolumeGrowth* growth = batches_[i].patched ? &growth_[i] : nullptr;
+  VolumeGradient* volume_gradient = batches_[i].patched ? &volume_gradients_[i] : nullptr;
   const bool exact = tangent == Tangent::kExact;
   if (batches_[i].law == Law::kCorotational)
-    kernels_.add_corotational(elements_[i], exact, positions_.data(), forces_.data(), K.block(0), growth);
+    kernels_.add_corotational(elements_[i], exact, positions_.data(), forces_.data(), K.block(0),
+                              volume_gradient);
   else if (exact)
-    kernels_.add_neo_hookean(elements_[i], positions_.data(), forces_.data(), K.block(0), growth);
+    kernels_.add_neo_hookean(elements_[i], positions_.data(), forces_.data(), K.block(0), volume_gradient);
   else
     add_projected(i, K);
 }
@@ -186,21 +187,21 @@ void Assembler::add_projected(size_t i, StiffnessMatrix& K) {
     const Corners f = element.forces(batch.pressure[lane]);
     for (int a = 0; a < 4; ++a) forces_.col(batch.node[a][lane]).head<3>() += f.col(a);
     const Blocks blocks = element.stiffness(Tangent::kSemidefinite, batch.pressure[lane]);
-    for (int k = 0; k < 10; ++k) K.add(batch.place[k][lane] / 9, blocks[k]);
+    for (int k = 0; k < 10; ++k) K.add(batch.block_offset[k][lane] / 9, blocks[k]);
     if (!batches_[i].patched) continue;
-    const Corners growth = rest.volume * element.dilatation_gradient();
+    const Corners volume_gradient = rest.volume * element.dilatation_gradient();
     for (int a = 0; a < 4; ++a)
-      for (int c = 0; c < 3; ++c) growth_[i].by_corner[a][c][lane] = growth(c, a);
+      for (int c = 0; c < 3; ++c) volume_gradients_[i].by_corner[a][c][lane] = volume_gradient(c, a);
   }
 }
 
 /// Adds (λ/V) b bᵀ, b the derivative of the patch's volume by its nodes, see Patch.
-void Assembler::couple(PatchWork& patch, StiffnessMatrix& K) {
-  auto& b = patch.growth;
+void Assembler::add_patch_coupling(PatchAssembly& patch, StiffnessMatrix& K) {
+  auto& b = patch.volume_gradient;
   b.setZero();
-  for (const Member& m : patch.members)
+  for (const PatchElement& m : patch.elements)
     for (int a = 0; a < 4; ++a)
-      for (int c = 0; c < 3; ++c) b(c, m.nodes[a]) += growth_[m.batch].by_corner[a][c][m.lane];
+      for (int c = 0; c < 3; ++c) b(c, m.nodes[a]) += volume_gradients_[m.batch].by_corner[a][c][m.lane];
   const double stiffness = patch.modulus / patch.volume;
   size_t k = 0;
   for (int i = 0; i < b.cols(); ++i) {

@@ -35,35 +35,35 @@ class Assembler {
     int count;  // lanes in use
   };
   /// Where an element of a patch is, and its corners among the patch's nodes.
-  struct Member {
+  struct PatchElement {
     int batch, lane;
     std::array<int, 4> nodes;
   };
-  struct PatchWork {
+  struct PatchAssembly {
     double modulus, volume;
-    std::vector<Member> members;
+    std::vector<PatchElement> elements;
     std::vector<int> slots;  // of all pairs of its nodes, row by row up to the diagonal
-    Eigen::Matrix3Xd growth;
+    Eigen::Matrix3Xd volume_gradient;
   };
 
   void add_batches(Law law, bool patched, const StiffnessMatrix& pattern);
   void add_batch(const std::vector<int>& tets, const StiffnessMatrix& pattern);
   void add_patches(const StiffnessMatrix& pattern);
-  int measure(size_t batch);
+  int deform(size_t batch);
   bool find_rotation(ElementBatch& batch, int lane) const;
-  void share_pressures();
+  void update_patch_pressures();
   void add_forces_and_stiffness(size_t batch, Tangent tangent, StiffnessMatrix& K);
   void add_projected(size_t batch, StiffnessMatrix& K);
-  void couple(PatchWork& patch, StiffnessMatrix& K);
+  void add_patch_coupling(PatchAssembly& patch, StiffnessMatrix& K);
   Corners corners(const ElementBatch& batch, int lane) const;
 
   const Model& model_;
   const ElementKernels& kernels_;
   std::vector<Batch> batches_;
   std::vector<ElementBatch> elements_;
-  std::vector<VolumeGrowth> growth_;              // of the first batches, which are the patched ones
-  std::vector<std::array<int, 2>> place_of_tet_;  // batch and lane
-  std::vector<PatchWork> patches_;
+  std::vector<VolumeGradient> volume_gradients_;    // of the first batches, which are the patched ones
+  std::vector<std::array<int, 2>> batch_and_lane_;  // batch and lane
+  std::vector<PatchAssembly> patches_;
   Eigen::Matrix4Xd positions_, forces_;  // of all nodes, the last row unused
 };
 

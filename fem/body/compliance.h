@@ -81,7 +81,7 @@ class Response {
 
   /// dx = K⁻¹ (r + J_aᵀ λ), 3N.
   /// Real-time: no (time depends on the mesh); allocates nothing once dx has its size.
-  void move(const Eigen::VectorXd& lambda, Eigen::VectorXd& dx);
+  void solve_step(const Eigen::VectorXd& lambda, Eigen::VectorXd& dx);
 
  private:
   Border border_;

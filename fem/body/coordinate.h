@@ -20,21 +20,21 @@ using CablePoint = std::variant<Attachment, Eigen::Vector3d>;
 /// What fixed nodes and still points contribute is in c.
 class LinearVector {
  public:
-  struct Share {
+  struct Term {
     int node;  ///< a free one; each occurs once
     double weight;
   };
 
   void add(const Model& model, const CablePoint& point, double weight);
-  const std::vector<Share>& shares() const { return shares_; }  ///< by node, descending
-  std::vector<int> nodes() const;                               ///< of the shares
-  Eigen::Vector3d at(const Eigen::VectorXd& x) const;           ///< m
+  const std::vector<Term>& terms() const { return terms_; }  ///< by node, descending
+  std::vector<int> nodes() const;                            ///< of the shares
+  Eigen::Vector3d at(const Eigen::VectorXd& x) const;        ///< m
 
   /// Adds the gradient of u · Σ w_i x_i to g (3N).
   void add_gradient(const Eigen::Vector3d& u, Eigen::Ref<Eigen::VectorXd> g) const;
 
  private:
-  std::vector<Share> shares_;
+  std::vector<Term> terms_;
   Eigen::Vector3d constant_ = Eigen::Vector3d::Zero();
 };
 
@@ -42,7 +42,7 @@ class LinearVector {
 // the effort that is conjugate to it puts the forces λ ∂q/∂x on the nodes. There are three kinds. Each has
 //   value(x)             q
 //   add_gradient(x, g)   g += ∂q/∂x, 3N
-//   add_curvature(x, scale, tangent, K)
+//   add_hessian(x, scale, tangent, K)
 //                        K += scale ∂²q/∂x²; unless the tangent is exact, only a part that is positive
 //                        semidefinite
 //   cliques()            sets of nodes that its curvature couples beyond those of elements
@@ -60,7 +60,7 @@ class Projection {
   void add_gradient(const Eigen::VectorXd&, Eigen::Ref<Eigen::VectorXd> g) const {
     point_.add_gradient(direction_, g);
   }
-  void add_curvature(const Eigen::VectorXd&, double, Tangent, StiffnessMatrix&) const {}  // linear
+  void add_hessian(const Eigen::VectorXd&, double, Tangent, StiffnessMatrix&) const {}  // linear
   std::vector<std::vector<int>> cliques() const { return {}; }
   void bind(const StiffnessMatrix&) {}
   std::vector<int> nodes() const { return point_.nodes(); }
@@ -79,13 +79,13 @@ class Length {
   double value(const Eigen::VectorXd& x) const;
   void add_gradient(const Eigen::VectorXd& x, Eigen::Ref<Eigen::VectorXd> g) const;
   /// A segment of length L and direction u adds (±scale / L)(I − u uᵀ) to the relative motion of its ends.
-  void add_curvature(const Eigen::VectorXd& x, double scale, Tangent tangent, StiffnessMatrix& K) const;
+  void add_hessian(const Eigen::VectorXd& x, double scale, Tangent tangent, StiffnessMatrix& K) const;
   std::vector<std::vector<int>> cliques() const;
   void bind(const StiffnessMatrix& K);
   std::vector<int> nodes() const;
 
   /// Number of the first segment whose ends are in one place, or −1.
-  int collapsed(const Eigen::VectorXd& x) const;
+  int first_degenerate_segment(const Eigen::VectorXd& x) const;
 
  private:
   struct Segment {
@@ -106,7 +106,7 @@ class Volume {
   double value(const Eigen::VectorXd& x) const;
   void add_gradient(const Eigen::VectorXd& x, Eigen::Ref<Eigen::VectorXd> g) const;
   /// Indefinite by nature, and so nothing unless the tangent is exact.
-  void add_curvature(const Eigen::VectorXd& x, double scale, Tangent tangent, StiffnessMatrix& K) const;
+  void add_hessian(const Eigen::VectorXd& x, double scale, Tangent tangent, StiffnessMatrix& K) const;
   std::vector<std::vector<int>> cliques() const { return {}; }  // its edges are edges of elements
   void bind(const StiffnessMatrix& K);
   std::vector<int> nodes() const;

@@ -57,7 +57,7 @@ class Dynamics {
   StiffnessMatrix A_;
   Assembler assembler_;
   Response response_;
-  Eigen::VectorXd x_, v_, lambda_, next_lambda_, r_, free_;
+  Eigen::VectorXd x_, v_, lambda_, next_lambda_, r_, delta_a_free_;
   Eigen::MatrixXd W_;
 };
 

@@ -5,7 +5,7 @@
 namespace tendril::fem {
 
 /// Whether actuators that only pull may push.
-enum class Sign {
+enum class EffortSign {
   kPullOnly,   ///< λ ≥ 0 of cables: one that would push goes slack
   kBilateral,  ///< any λ, as if cables were rods
 };

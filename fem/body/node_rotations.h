@@ -18,7 +18,7 @@ class NodeRotations {
   /// Sets the rotations from pose `from` to pose `to` (3N, m).
   /// @param pattern  nodes that it couples are neighbours
   /// Real-time: no (time depends on the mesh); allocates nothing.
-  void find(const StiffnessMatrix& pattern, const Eigen::VectorXd& from, const Eigen::VectorXd& to);
+  void compute(const StiffnessMatrix& pattern, const Eigen::VectorXd& from, const Eigen::VectorXd& to);
 
   /// Sets all of them to no turn.
   void reset();
@@ -27,8 +27,8 @@ class NodeRotations {
 
   /// Turns all vectors of the nodes along, or back.
   /// Real-time: no (time depends on the mesh); allocates nothing.
-  void turn(EightVectors& V) const;
-  void turn_back(EightVectors& V) const;
+  void rotate(EightVectors& V) const;
+  void rotate_back(EightVectors& V) const;
 
  private:
   std::vector<Eigen::Matrix3d> rotations_;

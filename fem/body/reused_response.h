@@ -35,15 +35,15 @@ class ReusedResponse {
   /// Solves with K, or factors it, with J at x.
   /// @param K       tangent, N/m
   /// @param r       forces out of balance but for the actuators', 3N, N
-  /// @param lambda  efforts at which the pose is, m, N or Pa; near them move() is most accurate
+  /// @param lambda  efforts at which the pose is, m, N or Pa; near them solve_step() is most accurate
   /// @return        false if K is not positive definite; nothing below may be used then
   /// Real-time: no (time depends on the mesh); allocates nothing.
   [[nodiscard]] bool compute(const StiffnessMatrix& K, const Eigen::VectorXd& x, const Eigen::VectorXd& r,
                              const Eigen::VectorXd& lambda);
 
-  bool factored() const { return factored_; }  ///< the last compute() factored K: it is positive definite
-  int sweeps() const { return sweeps_; }       ///< of the last compute(), with P and K over eight vectors
-  void forget() { reusable_ = false; }         ///< the next compute() factors K
+  bool factored() const { return factored_; }   ///< the last compute() factored K: it is positive definite
+  int sweeps() const { return sweeps_; }        ///< of the last compute(), with P and K over eight vectors
+  void discard_factor() { reusable_ = false; }  ///< the next compute() factors K
 
   /// As Border::compliance(), at the pose x of the last compute().
   void compliance(const Eigen::VectorXd& x, Compliance& compliance) const {
@@ -52,40 +52,41 @@ class ReusedResponse {
 
   /// dx = K⁻¹ (r + J_aᵀ λ), 3N.
   /// Real-time: no (time depends on the mesh); allocates nothing once dx has its size.
-  void move(const Eigen::VectorXd& lambda, Eigen::VectorXd& dx);
+  void solve_step(const Eigen::VectorXd& lambda, Eigen::VectorXd& dx);
 
  private:
   using EightNumbers = Eigen::Array<double, 8, 1>;
   /// Eight of the right sides; those that are too many are zero.
-  struct Batch {
+  struct RhsBlock {
     EightVectors B, X, R, Z;  // Bᵀ, solutions, residuals, P⁻¹R
     Eigen::Array<bool, 8, 1> unchecked = Eigen::Array<bool, 8, 1>::Constant(false);  // one step is enough
   };
 
-  bool worn_out();
-  bool reuse(const StiffnessMatrix& K, const Eigen::VectorXd& x);
-  bool solve(const StiffnessMatrix& K, Batch& batch);
-  bool hopeless(const Batch& batch, int steps, const EightNumbers& first, const EightNumbers& rho,
-                const EightNumbers& target) const;
-  EightNumbers precondition(Batch& batch);
-  void find_W();
+  bool should_factorize();
+  bool solve_all(const StiffnessMatrix& K, const Eigen::VectorXd& x);
+  bool solve_block(const StiffnessMatrix& K, RhsBlock& block);
+  bool slower_than_factorizing(const RhsBlock& block, int steps, const EightNumbers& first,
+                               const EightNumbers& rho, const EightNumbers& target) const;
+  EightNumbers precondition(RhsBlock& block);
+  void compute_W();
   bool factorize(const StiffnessMatrix& K, const Eigen::VectorXd& x);
 
   Border border_;
   Factor factor_;
   NodeRotations rotations_;  // from the pose that was factored
   Eigen::VectorXd factored_x_;
-  std::vector<Batch> batches_;
+  std::vector<RhsBlock> blocks_;
   EightVectors P_, KP_;
   Eigen::MatrixXd W_;
   Eigen::VectorXd lambda_, coefficients_;
-  double price_;  // of a factorisation, in sweeps
+  double factorization_cost_;  // of a factorisation, in sweeps
   bool reusable_ = false, factored_ = false;
   int sweeps_ = 0;
   // Since the last factorisation.
-  double spent_ = 0;  // sweeps, the factorisation included
-  int poses_ = 0;
-  int waiting_ = 0, patience_ = 0;  // poses that are to be factored without trying, and how many next time
+  double sweeps_since_factorization_ = 0;  // sweeps, the factorisation included
+  int poses_since_factorization_ = 0;
+  int poses_to_skip_ = 0,
+      backoff_ = 0;  // poses that are to be factored without trying, and how many next time
 };
 
 }  // namespace tendril::fem

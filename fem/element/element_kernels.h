@@ -2,25 +2,27 @@
 
 namespace tendril::fem {
 
-inline constexpr int kLanes = 8;
+inline constexpr int kBatchSize = 8;
 
 /// Eight tetrahedra of one law side by side, the last index being the tetrahedron's lane. In a batch that is
 /// not full the other lanes repeat a tetrahedron with volume 0, so that they add nothing.
 struct alignas(64) ElementBatch {
-  double g[3][3][kLanes];   ///< ∇N of corners 1 to 3, by corner and component, 1/m
-  double volume[kLanes];    ///< m³
-  double mu[kLanes];        ///< Pa
-  double lambda[kLanes];    ///< Pa; 0 where a patch resists the change of volume
-  double pressure[kLanes];  ///< of that patch, Pa
-  double theta[kLanes];     ///< dilatation, as measured last
-  double q[4][kLanes];  ///< rotation as a quaternion, scalar part first: where the next search for it starts
-  int node[4][kLanes];  ///< corners, ascending
-  int place[10][kLanes];  ///< where blocks 00, 10, 11, 20, 21, 22, 30, 31, 32, 33 begin in the stiffness
+  double g[3][3][kBatchSize];   ///< ∇N of corners 1 to 3, by corner and component, 1/m
+  double volume[kBatchSize];    ///< m³
+  double mu[kBatchSize];        ///< Pa
+  double lambda[kBatchSize];    ///< Pa; 0 where a patch resists the change of volume
+  double pressure[kBatchSize];  ///< of that patch, Pa
+  double theta[kBatchSize];     ///< dilatation, as measured last
+  double q[4]
+          [kBatchSize];  ///< rotation as a quaternion, scalar part first: where the next search for it starts
+  int node[4][kBatchSize];           ///< corners, ascending
+  int block_offset[10][kBatchSize];  ///< where blocks 00, 10, 11, 20, 21, 22, 30, 31, 32, 33 begin in the
+                                     ///< stiffness
 };
 
 /// What a batch of a patch's tetrahedra resists with: V ∂θ/∂x by corner and component, m².
-struct alignas(64) VolumeGrowth {
-  double by_corner[4][3][kLanes];
+struct alignas(64) VolumeGradient {
+  double by_corner[4][3][kBatchSize];
 };
 
 /// The passes over a batch. Positions and forces have four numbers a node, the last one unused.
@@ -37,12 +39,12 @@ struct ElementKernels {
   unsigned (*dilate)(ElementBatch& batch, const double* positions);
 
   /// Adds the forces and the stiffness of CorotationalElement, with the rotations that `rotate` left.
-  /// @param growth  filled where given
+  /// @param volume_gradient  filled where given
   void (*add_corotational)(const ElementBatch& batch, bool exact, const double* positions, double* forces,
-                           double* blocks, VolumeGrowth* growth);
+                           double* blocks, VolumeGradient* volume_gradient);
   /// Adds the forces and the exact stiffness of NeoHookeanElement.
   void (*add_neo_hookean)(const ElementBatch& batch, const double* positions, double* forces, double* blocks,
-                          VolumeGrowth* growth);
+                          VolumeGradient* volume_gradient);
 };
 
 extern const ElementKernels kElementKernelsV3;

@@ -1,7 +1,7 @@
 // The passes of element_kernels.h, compiled once for each instruction set: see simd.h for what may stand
 // here. The formulas are those of CorotationalElement and NeoHookeanElement.
 #include "fem/element/element_kernels.h"
-#include "fem/simd/lanes.h"
+#include "fem/simd/packet.h"
 
 namespace tendril::fem {
 namespace {
@@ -13,47 +13,48 @@ constexpr double kRotationStep2 = 1e-17;
 
 /// The edges from corner 0 to the others.
 struct Edges {
-  Vector e[3];
+  Vector3 e[3];
 };
 
 inline Edges edges(const ElementBatch& batch, int first, const double* positions) {
-  const Vector origin = gather(positions, &batch.node[0][first]);
+  const Vector3 origin = gather(positions, &batch.node[0][first]);
   Edges result;
   for (int b = 0; b < 3; ++b) result.e[b] = gather(positions, &batch.node[b + 1][first]) - origin;
   return result;
 }
 
 /// ∇N of corner b + 1.
-inline Vector gradient(const ElementBatch& batch, int b, int first) {
+inline Vector3 gradient(const ElementBatch& batch, int b, int first) {
   return {load(&batch.g[b][0][first]), load(&batch.g[b][1][first]), load(&batch.g[b][2][first])};
 }
 
-inline Matrix deformation_gradient(const ElementBatch& batch, int first, const Edges& edges) {
-  const Vector g1 = gradient(batch, 0, first), g2 = gradient(batch, 1, first), g3 = gradient(batch, 2, first);
+inline Matrix3 deformation_gradient(const ElementBatch& batch, int first, const Edges& edges) {
+  const Vector3 g1 = gradient(batch, 0, first), g2 = gradient(batch, 1, first),
+                g3 = gradient(batch, 2, first);
   return outer(edges.e[0], g1) + outer(edges.e[1], g2) + outer(edges.e[2], g3);
 }
 
 /// A rotation, of any length but zero.
 struct Quaternion {
-  Lanes w;
-  Vector v;
+  Packet w;
+  Vector3 v;
 };
 
-inline Lanes norm2(const Quaternion& q) { return q.w * q.w + dot(q.v, q.v); }
+inline Packet norm2(const Quaternion& q) { return q.w * q.w + dot(q.v, q.v); }
 
-inline Matrix rotation(const Quaternion& q) {
-  const Vector u = (2 / norm2(q)) * q.v;
-  const Lanes xx = u.x * q.v.x, yy = u.y * q.v.y, zz = u.z * q.v.z;
-  const Lanes xy = u.x * q.v.y, xz = u.x * q.v.z, yz = u.y * q.v.z;
-  const Vector w = q.w * u;
+inline Matrix3 rotation(const Quaternion& q) {
+  const Vector3 u = (2 / norm2(q)) * q.v;
+  const Packet xx = u.x * q.v.x, yy = u.y * q.v.y, zz = u.z * q.v.z;
+  const Packet xy = u.x * q.v.y, xz = u.x * q.v.z, yz = u.y * q.v.z;
+  const Vector3 w = q.w * u;
   return {{1 - yy - zz, xy + w.z, xz - w.y},
           {xy - w.z, 1 - xx - zz, yz + w.x},
           {xz + w.y, yz - w.x, 1 - xx - yy}};
 }
 
 /// The quaternion followed by a turn of about ω in its own frame.
-inline Quaternion turned(const Quaternion& q, const Vector& omega) {
-  const Vector half = 0.5 * (Lanes{} + 1) * omega;
+inline Quaternion turned(const Quaternion& q, const Vector3& omega) {
+  const Vector3 half = 0.5 * (Packet{} + 1) * omega;
   return {q.w - dot(q.v, half), q.w * half + q.v + cross(q.v, half)};
 }
 
@@ -64,7 +65,7 @@ inline Quaternion load_quaternion(const ElementBatch& batch, int first) {
 
 /// Keeps the length of a quaternion near one: |q| ← 2|q| / (1 + |q|²) converges to it quadratically.
 inline void store_quaternion(ElementBatch& batch, int first, const Quaternion& q) {
-  const Lanes s = 2 / (1 + norm2(q));
+  const Packet s = 2 / (1 + norm2(q));
   store(&batch.q[0][first], s * q.w);
   store(&batch.q[1][first], s * q.v.x);
   store(&batch.q[2][first], s * q.v.y);
@@ -73,14 +74,14 @@ inline void store_quaternion(ElementBatch& batch, int first, const Quaternion& q
 
 /// A symmetric matrix's adjugate and determinant, with the minor that tells with them whether it is positive.
 struct Inversion {
-  Lanes xx, yy, zz, yz, xz, xy;
-  Lanes det, minor;
+  Packet xx, yy, zz, yz, xz, xy;
+  Packet det, minor;
 };
 
 /// Of T = tr(S) I − S, S the symmetric part of M = RᵀF.
-inline Inversion invert_turning(const Matrix& M) {
-  const Lanes xx = M.y.y + M.z.z, yy = M.x.x + M.z.z, zz = M.x.x + M.y.y;
-  const Lanes xy = -0.5 * (M.x.y + M.y.x), xz = -0.5 * (M.x.z + M.z.x), yz = -0.5 * (M.y.z + M.z.y);
+inline Inversion invert_turning(const Matrix3& M) {
+  const Packet xx = M.y.y + M.z.z, yy = M.x.x + M.z.z, zz = M.x.x + M.y.y;
+  const Packet xy = -0.5 * (M.x.y + M.y.x), xz = -0.5 * (M.x.z + M.z.x), yz = -0.5 * (M.y.z + M.z.y);
   Inversion a;
   a.minor = xx;
   a.xx = yy * zz - yz * yz, a.yy = xx * zz - xz * xz, a.zz = xx * yy - xy * xy;
@@ -89,22 +90,22 @@ inline Inversion invert_turning(const Matrix& M) {
   return a;
 }
 
-inline Matrix symmetric(const Inversion& a, Lanes scale) {
-  const Lanes xy = scale * a.xy, xz = scale * a.xz, yz = scale * a.yz;
+inline Matrix3 symmetric(const Inversion& a, Packet scale) {
+  const Packet xy = scale * a.xy, xz = scale * a.xz, yz = scale * a.yz;
   return {{scale * a.xx, xy, xz}, {xy, scale * a.yy, yz}, {xz, yz, scale * a.zz}};
 }
 
 unsigned rotate(ElementBatch& batch, const double* positions) {
   unsigned doubtful = 0;
-  for (int first = 0; first < kLanes; first += kWidth) {
-    const Matrix F = deformation_gradient(batch, first, edges(batch, first, positions));
+  for (int first = 0; first < kBatchSize; first += kPacketSize) {
+    const Matrix3 F = deformation_gradient(batch, first, edges(batch, first, positions));
     Quaternion q = load_quaternion(batch, first);
-    Mask done = {};
+    PacketMask done = {};
     for (int k = 0; k < kRotationIterations && !all(done); ++k) {
-      const Matrix M = transpose(rotation(q)) * F;
+      const Matrix3 M = transpose(rotation(q)) * F;
       const Inversion T = invert_turning(M);
-      const Vector axial{M.y.z - M.z.y, M.z.x - M.x.z, M.x.y - M.y.x};
-      const Vector omega = symmetric(T, 1 / T.det) * axial;
+      const Vector3 axial{M.y.z - M.z.y, M.z.x - M.x.z, M.x.y - M.y.x};
+      const Vector3 omega = symmetric(T, 1 / T.det) * axial;
       q = turned(q, omega);
       done = (dot(omega, omega) < kRotationStep2) & (T.det > 0) & (T.zz > 0) & (T.minor > 0);
       store(&batch.theta[first], M.x.x + M.y.y + M.z.z - 3);
@@ -118,9 +119,9 @@ unsigned rotate(ElementBatch& batch, const double* positions) {
 
 unsigned dilate(ElementBatch& batch, const double* positions) {
   unsigned inverted = 0;
-  for (int first = 0; first < kLanes; first += kWidth) {
-    const Matrix F = deformation_gradient(batch, first, edges(batch, first, positions));
-    const Lanes J = dot(F.x, cross(F.y, F.z));
+  for (int first = 0; first < kBatchSize; first += kPacketSize) {
+    const Matrix3 F = deformation_gradient(batch, first, edges(batch, first, positions));
+    const Packet J = dot(F.x, cross(F.y, F.z));
     store(&batch.theta[first], J - 1);
     inverted |= bits(~(J > 0)) << first;
   }
@@ -129,62 +130,64 @@ unsigned dilate(ElementBatch& batch, const double* positions) {
 
 /// What is known of corners 1 to 3; that of corner 0 makes the sum over the corners zero.
 struct Shares {
-  Vector force[3];
-  Matrix K11, K21, K22, K31, K32, K33;
+  Vector3 force[3];
+  Matrix3 K11, K21, K22, K31, K32, K33;
 };
 
 void scatter_add(const Shares& s, const ElementBatch& batch, int first, double* forces, double* blocks) {
   scatter_add(-(s.force[0] + s.force[1] + s.force[2]), forces, &batch.node[0][first]);
   for (int b = 0; b < 3; ++b) scatter_add(s.force[b], forces, &batch.node[b + 1][first]);
 
-  const Matrix K10 = -(s.K11 + transpose(s.K21) + transpose(s.K31));
-  const Matrix K20 = -(s.K21 + s.K22 + transpose(s.K32));
-  const Matrix K30 = -(s.K31 + s.K32 + s.K33);
-  const Matrix* by_place[10] = {nullptr, &K10, &s.K11, &K20, &s.K21, &s.K22, &K30, &s.K31, &s.K32, &s.K33};
-  scatter_add(-(K10 + K20 + K30), blocks, &batch.place[0][first]);
-  for (int k = 1; k < 10; ++k) scatter_add(*by_place[k], blocks, &batch.place[k][first]);
+  const Matrix3 K10 = -(s.K11 + transpose(s.K21) + transpose(s.K31));
+  const Matrix3 K20 = -(s.K21 + s.K22 + transpose(s.K32));
+  const Matrix3 K30 = -(s.K31 + s.K32 + s.K33);
+  const Matrix3* by_position[10] = {nullptr, &K10, &s.K11, &K20,   &s.K21,
+                                    &s.K22,  &K30, &s.K31, &s.K32, &s.K33};
+  scatter_add(-(K10 + K20 + K30), blocks, &batch.block_offset[0][first]);
+  for (int k = 1; k < 10; ++k) scatter_add(*by_position[k], blocks, &batch.block_offset[k][first]);
 }
 
-void store_growth(const Vector (&by_corner)[3], Lanes volume, int first, VolumeGrowth& growth) {
-  const Vector all[4] = {-(by_corner[0] + by_corner[1] + by_corner[2]), by_corner[0], by_corner[1],
-                         by_corner[2]};
+void store_volume_gradient(const Vector3 (&by_corner)[3], Packet volume, int first,
+                           VolumeGradient& volume_gradient) {
+  const Vector3 all[4] = {-(by_corner[0] + by_corner[1] + by_corner[2]), by_corner[0], by_corner[1],
+                          by_corner[2]};
   for (int a = 0; a < 4; ++a) {
-    store(&growth.by_corner[a][0][first], volume * all[a].x);
-    store(&growth.by_corner[a][1][first], volume * all[a].y);
-    store(&growth.by_corner[a][2][first], volume * all[a].z);
+    store(&volume_gradient.by_corner[a][0][first], volume * all[a].x);
+    store(&volume_gradient.by_corner[a][1][first], volume * all[a].y);
+    store(&volume_gradient.by_corner[a][2][first], volume * all[a].z);
   }
 }
 
 /// A [v]×
-inline Matrix times_cross(const Matrix& A, const Vector& v) {
+inline Matrix3 times_cross(const Matrix3& A, const Vector3& v) {
   return {v.z * A.y - v.y * A.z, v.x * A.z - v.z * A.x, v.y * A.x - v.x * A.y};
 }
 
 /// [v]×ᵀ A
-inline Matrix cross_times(const Vector& v, const Matrix& A) {
+inline Matrix3 cross_times(const Vector3& v, const Matrix3& A) {
   return {cross(A.x, v), cross(A.y, v), cross(A.z, v)};
 }
 
 void add_corotational(const ElementBatch& batch, bool exact, const double* positions, double* forces,
-                      double* blocks, VolumeGrowth* growth) {
-  for (int first = 0; first < kLanes; first += kWidth) {
-    const Lanes V = load(&batch.volume[first]);
-    const Lanes mu = load(&batch.mu[first]) * V, lambda = load(&batch.lambda[first]) * V;
-    const Vector g[3] = {gradient(batch, 0, first), gradient(batch, 1, first), gradient(batch, 2, first)};
-    const Matrix F = deformation_gradient(batch, first, edges(batch, first, positions));
-    const Matrix R = rotation(load_quaternion(batch, first));
-    const Matrix M = transpose(R) * F;
-    const Vector h[3] = {R * g[0], R * g[1], R * g[2]};
-    const Lanes c = lambda * (M.x.x + M.y.y + M.z.z - 3) + load(&batch.pressure[first]) * V - 2 * mu;
-    if (growth) store_growth(h, V, first, *growth);
+                      double* blocks, VolumeGradient* volume_gradient) {
+  for (int first = 0; first < kBatchSize; first += kPacketSize) {
+    const Packet V = load(&batch.volume[first]);
+    const Packet mu = load(&batch.mu[first]) * V, lambda = load(&batch.lambda[first]) * V;
+    const Vector3 g[3] = {gradient(batch, 0, first), gradient(batch, 1, first), gradient(batch, 2, first)};
+    const Matrix3 F = deformation_gradient(batch, first, edges(batch, first, positions));
+    const Matrix3 R = rotation(load_quaternion(batch, first));
+    const Matrix3 M = transpose(R) * F;
+    const Vector3 h[3] = {R * g[0], R * g[1], R * g[2]};
+    const Packet c = lambda * (M.x.x + M.y.y + M.z.z - 3) + load(&batch.pressure[first]) * V - 2 * mu;
+    if (volume_gradient) store_volume_gradient(h, V, first, *volume_gradient);
 
     Shares s;
     for (int b = 0; b < 3; ++b) s.force[b] = -(2 * mu * (F * g[b]) + c * h[b]);
     if (exact) {
       const Inversion T = invert_turning(M);
-      const Matrix B = R * (symmetric(T, c / T.det) * transpose(R));
-      const Matrix B1 = times_cross(B, h[0]), B2 = times_cross(B, h[1]), B3 = times_cross(B, h[2]);
-      const auto block = [&](int a, int b, const Matrix& B_b) {
+      const Matrix3 B = R * (symmetric(T, c / T.det) * transpose(R));
+      const Matrix3 B1 = times_cross(B, h[0]), B2 = times_cross(B, h[1]), B3 = times_cross(B, h[2]);
+      const auto block = [&](int a, int b, const Matrix3& B_b) {
         return add_to_diagonal(cross_times(h[a], B_b) + outer(lambda * h[a], h[b]), 2 * mu * dot(g[a], g[b]));
       };
       s.K11 = block(0, 0, B1), s.K21 = block(1, 0, B1), s.K22 = block(1, 1, B2);
@@ -201,28 +204,28 @@ void add_corotational(const ElementBatch& batch, bool exact, const double* posit
 }
 
 /// A + s [v]×
-inline Matrix add_cross(const Matrix& A, Lanes s, const Vector& v) {
-  const Vector u = s * v;
+inline Matrix3 add_cross(const Matrix3& A, Packet s, const Vector3& v) {
+  const Vector3 u = s * v;
   return {{A.x.x, A.x.y + u.z, A.x.z - u.y},
           {A.y.x - u.z, A.y.y, A.y.z + u.x},
           {A.z.x + u.y, A.z.y - u.x, A.z.z}};
 }
 
 void add_neo_hookean(const ElementBatch& batch, const double* positions, double* forces, double* blocks,
-                     VolumeGrowth* growth) {
-  for (int first = 0; first < kLanes; first += kWidth) {
-    const Lanes V = load(&batch.volume[first]);
-    const Lanes mu = load(&batch.mu[first]) * V, stiff = load(&batch.lambda[first]) * V + mu;
-    const Vector g[3] = {gradient(batch, 0, first), gradient(batch, 1, first), gradient(batch, 2, first)};
+                     VolumeGradient* volume_gradient) {
+  for (int first = 0; first < kBatchSize; first += kPacketSize) {
+    const Packet V = load(&batch.volume[first]);
+    const Packet mu = load(&batch.mu[first]) * V, stiff = load(&batch.lambda[first]) * V + mu;
+    const Vector3 g[3] = {gradient(batch, 0, first), gradient(batch, 1, first), gradient(batch, 2, first)};
     const Edges edge = edges(batch, first, positions);
-    const Matrix F = deformation_gradient(batch, first, edge);
+    const Matrix3 F = deformation_gradient(batch, first, edge);
     // J is the ratio of the parallelepipeds that the edges span now and at rest.
-    const Lanes per_volume = dot(g[0], cross(g[1], g[2]));
-    const Vector c[3] = {per_volume * cross(edge.e[1], edge.e[2]), per_volume * cross(edge.e[2], edge.e[0]),
-                         per_volume * cross(edge.e[0], edge.e[1])};
-    const Lanes theta = dot(edge.e[0], c[0]) - 1;
-    const Lanes q = stiff * theta + load(&batch.pressure[first]) * V - mu;
-    if (growth) store_growth(c, V, first, *growth);
+    const Packet per_volume = dot(g[0], cross(g[1], g[2]));
+    const Vector3 c[3] = {per_volume * cross(edge.e[1], edge.e[2]), per_volume * cross(edge.e[2], edge.e[0]),
+                          per_volume * cross(edge.e[0], edge.e[1])};
+    const Packet theta = dot(edge.e[0], c[0]) - 1;
+    const Packet q = stiff * theta + load(&batch.pressure[first]) * V - mu;
+    if (volume_gradient) store_volume_gradient(c, V, first, *volume_gradient);
 
     Shares s;
     for (int b = 0; b < 3; ++b) s.force[b] = -(mu * (F * g[b]) + q * c[b]);
@@ -230,7 +233,7 @@ void add_neo_hookean(const ElementBatch& batch, const double* positions, double*
       return add_to_diagonal(outer(stiff * c[a], c[b]), mu * dot(g[a], g[b]));
     };
     // c_1 = e_2 × e_3 / D, so ∂c_2/∂x_1 = [e_3]×/D and so on round.
-    const Lanes turn = q * per_volume;
+    const Packet turn = q * per_volume;
     s.K11 = block(0, 0), s.K22 = block(1, 1), s.K33 = block(2, 2);
     s.K21 = add_cross(block(1, 0), turn, edge.e[2]);
     s.K31 = add_cross(block(2, 0), -turn, edge.e[1]);

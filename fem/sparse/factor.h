@@ -10,7 +10,7 @@
 
 namespace tendril::fem {
 
-/// Memory on 64-byte boundaries, so that strips are whole cache lines.
+/// Memory on 64-byte boundaries, so that panels are whole cache lines.
 struct AlignedDelete {
   void operator()(void* p) const noexcept;
 };
@@ -19,7 +19,7 @@ using AlignedArray = std::unique_ptr<Number[], AlignedDelete>;
 
 /// What a factor keeps of L after a factorisation: all of it, or its numbers in single precision, which
 /// take half the memory and half the time to read.
-enum class Kept { kDouble, kSingle };
+enum class StoragePrecision { kDouble, kSingle };
 
 /// Cholesky factorisation K = L Lᵀ of a stiffness matrix that carries a border B of few rows along:
 /// eliminating K from [K Bᵀ; B 0] leaves −B K⁻¹ Bᵀ, so the compliance seen at the border falls out of the
@@ -34,7 +34,8 @@ class Factor {
   /// @throws  std::runtime_error or std::bad_alloc if memory runs out
   /// Real-time: no (allocates).
   explicit Factor(const StiffnessMatrix& K, const std::vector<std::vector<int>>& border = {},
-                  Kept kept = Kept::kDouble, const FrontKernels& kernels = front_kernels());
+                  StoragePrecision storage = StoragePrecision::kDouble,
+                  const FrontKernels& kernels = front_kernels());
 
   /// Factors the present numbers of K, whose pattern must be the one given at construction.
   /// @param B_T  3N × c, column-major: Bᵀ; what is not finite in it shows in border_compliance() and solve()
@@ -45,18 +46,18 @@ class Factor {
   /// B K⁻¹ Bᵀ, c × c, symmetric to the last bit.
   const Eigen::MatrixXd& border_compliance() const { return border_compliance_; }
 
-  /// x = K⁻¹ Bᵀ c. Asks for Kept::kDouble.
+  /// x = K⁻¹ Bᵀ c. Asks for StoragePrecision::kDouble.
   /// @param c  as many numbers as B has rows
   /// @param x  result, of size 3N
   /// Real-time: no (time depends on the mesh; allocates nothing).
   void solve(const Eigen::VectorXd& c, Eigen::VectorXd& x);
 
   /// V ← (L Lᵀ)⁻¹ V, to single precision: K⁻¹V of the matrix factored last, and a preconditioner for those
-  /// like it. Asks for Kept::kSingle.
+  /// like it. Asks for StoragePrecision::kSingle.
   /// Real-time: no (time depends on the mesh; allocates nothing).
   void precondition(EightVectors& V);
 
-  /// X = K⁻¹ Bᵀ of eight columns of Bᵀ, to single precision. Asks for Kept::kSingle.
+  /// X = K⁻¹ Bᵀ of eight columns of Bᵀ, to single precision. Asks for StoragePrecision::kSingle.
   /// @param first  column of Bᵀ; where there are fewer than eight from it on, the other vectors are zero
   /// @param X      result, of size 3N
   /// Real-time: no (time depends on the mesh; allocates nothing).
@@ -74,7 +75,7 @@ class Factor {
     bool transposed;
     std::ptrdiff_t at;
   };
-  struct Place {
+  struct FrontLayout {
     int k, n, ld, ldu;  // as in Front
     int parent;
     std::vector<int> children;
@@ -86,20 +87,20 @@ class Factor {
   };
 
   void lay_out(int unknowns);
-  void find_entries(const StiffnessMatrix& K);
+  void map_entries(const StiffnessMatrix& K);
   void map_rows();
-  void place_updates();
-  Front front(const Place& place) const;
-  void assemble(const Place& place, const StiffnessMatrix& K, const Eigen::MatrixXd& B_T,
+  void lay_out_updates();
+  Front front(const FrontLayout& layout) const;
+  void assemble(const FrontLayout& layout, const StiffnessMatrix& K, const Eigen::MatrixXd& B_T,
                 const Front& front) const;
-  void add_to_border_compliance(const Place& root);
-  void keep_single(const Place& place, const double* L);
-  void forward_eight();
-  void backward_eight(int first);
+  void add_to_border_compliance(const FrontLayout& root);
+  void store_single(const FrontLayout& layout, const double* L);
+  void forward_substitute_eight();
+  void backward_substitute_eight(int first);
 
-  const Kept kept_;
+  const StoragePrecision storage_;
   const FrontKernels& kernels_;
-  std::vector<Place> fronts_;
+  std::vector<FrontLayout> fronts_;
   AlignedArray<double> L_, U_, F_, z_;    // L_: of one front after the other where single precision is kept
   AlignedArray<float> L1_, x1_, front1_;  // in single precision: x1_ and front1_ in rows of eight
   Eigen::MatrixXd border_compliance_;

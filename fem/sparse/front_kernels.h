@@ -2,24 +2,24 @@
 
 namespace tendril::fem {
 
-/// Rows in a strip: one AVX-512 vector, two AVX2 vectors.
-inline constexpr int kStrip = 8;
+/// Rows in a panel: one AVX-512 vector, two AVX2 vectors.
+inline constexpr int kSimdRows = 8;
 
-static inline constexpr int round_up_to_strip(int n) { return (n + kStrip - 1) / kStrip * kStrip; }
+static inline constexpr int round_up_to_panel(int n) { return (n + kSimdRows - 1) / kSimdRows * kSimdRows; }
 
 /// A front: the dense matrix in which the pivots of a supernode are eliminated [Duff & Reid, "The
 /// multifrontal solution of indefinite sparse symmetric linear equations", 1983].
 ///
-/// Its rows are k pivots, padded to whole strips with rows of zeros, then n rows that stay, padded likewise.
-/// F holds the columns of the pivots, one column after the other; U the lower triangle of the rows that stay.
-/// L is where the factor's columns go, in strips of eight rows: entry (i, p) at L[(i / 8) * 8k + 8p + i % 8],
-/// so that products of strips read memory in order. All three start on 64 bytes; ld and ldu are whole strips.
+/// Its rows are k pivots, padded to whole panels with rows of zeros, then n update rows, padded likewise.
+/// F holds the columns of the pivots, one column after the other; U the lower triangle of the update rows.
+/// L is where the factor's columns go, in panels of eight rows: entry (i, p) at L[(i / 8) * 8k + 8p + i % 8],
+/// so that products of panels read memory in order. All three start on 64 bytes; ld and ldu are whole panels.
 struct Front {
   int k;          ///< pivots
-  int n;          ///< rows that stay
+  int n;          ///< update rows
   double* F;      ///< ld × k, column-major; destroyed
   int ld;         ///< round_up(k) + round_up(n), or more
-  double* L;      ///< (round_up(k) + round_up(n)) × k, in strips
+  double* L;      ///< (round_up(k) + round_up(n)) × k, in panels
   double* U;      ///< round_up(n) columns of length ldu
   int ldu;        ///< round_up(n), or more
   bool U_is_set;  ///< false: U is taken to be zero
@@ -29,7 +29,7 @@ struct Front {
 /// parent's row to + b, and the child's rows for the bits that are set follow one another from row `from` on.
 struct RowMap {
   int from;       ///< row of the child's update matrix
-  int to;         ///< row of the parent's front, the first of a strip
+  int to;         ///< row of the parent's front, the first of a panel
   unsigned mask;  ///< eight bits, not all zero
 };
 
@@ -53,13 +53,13 @@ struct FrontKernels {
 
   // Those below work on eight right sides at once and on L in single precision, laid out as in Front. z has
   // rows of eight numbers, one a right side: round_up(k) rows of the pivots, the padding zero, then
-  // round_up(n) rows that stay. L and z start on 64 bytes.
+  // round_up(n) update rows. L and z start on 64 bytes.
 
   /// z₁ ← y with L₁ y = z₁, and z₂ ← −L₂ y.
-  void (*forward_eight)(const float* L, int k, int n, float* z) noexcept;
+  void (*forward_substitute_eight)(const float* L, int k, int n, float* z) noexcept;
 
   /// z₁ ← x with L₁ᵀ x = z₁ − L₂ᵀ z₂.
-  void (*backward_eight)(const float* L, int k, int n, float* z) noexcept;
+  void (*backward_substitute_eight)(const float* L, int k, int n, float* z) noexcept;
 };
 
 extern const FrontKernels kFrontKernelsV3;

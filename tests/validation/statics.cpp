@@ -36,7 +36,7 @@ VectorXd settle(fem::Model& model, const VectorXd& start, const std::vector<Noda
   const double size = (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm();
   for (int step = 1; step <= steps; ++step) {
     for (const auto& load : loads) model.add_load(at_node(model, load.node), load.force / steps);
-    const fem::Settled settled = body.settle_under_efforts(VectorXd(), kTolerance * size);
+    const fem::EquilibriumResult settled = body.settle_under_efforts(VectorXd(), kTolerance * size);
     if (!settled.converged)
       throw std::runtime_error(fmt::format("a body of {} nodes did not come to rest under load step {} of {}",
                                            model.mesh().node_count(), step, steps));

@@ -103,7 +103,7 @@ TEST_CASE("The shipped diamond loads with its exact values in SI", "[unit]") {
   CHECK(c.control.target_age_limit == 0.5);
   CHECK(c.control.late_cycles_limit == 20);
   CHECK(c.control.model_rate_limit_hz == 0);
-  CHECK(c.control.model_solver == tendril::fem::Solver::kDirect);
+  CHECK(c.control.model_solver == tendril::fem::LinearSolverKind::kDirect);
   CHECK(c.control.model_tangent == tendril::fem::Tangent::kExact);
   CHECK(c.control.stop == tendril::rt::StopAction::kHold);
   CHECK(c.control.workspace_min == Vector3d(-0.04, -0.04, 0.09));
@@ -253,7 +253,7 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(c.control.target_age_limit == 0.3);
   CHECK(c.control.late_cycles_limit == 10);
   CHECK(c.control.model_rate_limit_hz == 15);
-  CHECK(c.control.model_solver == tendril::fem::Solver::kReused);
+  CHECK(c.control.model_solver == tendril::fem::LinearSolverKind::kReused);
   CHECK(c.control.model_tangent == tendril::fem::Tangent::kSemidefinite);
   CHECK(c.control.stop == tendril::rt::StopAction::kRelax);
   CHECK(c.bus.name == "local:/run/tendril/bus");
