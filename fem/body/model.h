@@ -6,9 +6,7 @@
 #include <vector>
 
 #include "fem/body/attachment.h"
-#include "fem/element/corotational.h"
 #include "fem/element/material.h"
-#include "fem/element/neo_hookean.h"
 #include "fem/element/patches.h"
 #include "fem/mesh/mesh.h"
 #include "fem/sparse/stiffness_matrix.h"
@@ -24,9 +22,6 @@ struct Mass {
   /// The other materials share what is left of the total by volume, or node by node.
   std::vector<std::optional<double>> of_material = {};
 };
-
-/// A tetrahedron at one deformation, of either law; both have the same functions, for std::visit.
-using Element = std::variant<CorotationalElement, NeoHookeanElement>;
 
 /// An elastic body: mesh, material, mass, fixed nodes, gravity and loads.
 ///

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "fem/simd/simd.h"
+
 namespace tendril::fem {
 
 /// Rows in a panel: one AVX-512 vector, two AVX2 vectors.
@@ -62,10 +64,7 @@ struct FrontKernels {
   void (*backward_substitute_eight)(const float* L, int k, int n, float* z) noexcept;
 };
 
-extern const FrontKernels kFrontKernelsV3;
-extern const FrontKernels kFrontKernelsV4;  ///< x86 only
-
-/// The fastest that this machine runs.
-const FrontKernels& front_kernels();
+/// Those of an instruction set; kV3 stands in for kScalar.
+const FrontKernels& front_kernels(InstructionSet set = best_instruction_set());
 
 }  // namespace tendril::fem

@@ -13,8 +13,8 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 std::vector<NamedMaterial> laws(double young_modulus, double poisson_ratio) {
-  return {{"corotational", {young_modulus, poisson_ratio, fem::Law::kCorotational}},
-          {"Neo-Hookean", {young_modulus, poisson_ratio, fem::Law::kNeoHookean}}};
+  return {{"corotational", {young_modulus, poisson_ratio, fem::Law::of<fem::CorotationalElement>()}},
+          {"Neo-Hookean", {young_modulus, poisson_ratio, fem::Law::of<fem::NeoHookeanElement>()}}};
 }
 
 fem::Attachment at_node(const fem::Model& model, int node) {

@@ -45,17 +45,15 @@ struct Bordered {
 
 /// The kernels of every instruction set that this machine has.
 std::vector<const FrontKernels*> all_kernels() {
-  std::vector<const FrontKernels*> sets = {&kFrontKernelsV3};
-#ifdef __x86_64__
-  if (runs_x86_64_v4()) sets.push_back(&kFrontKernelsV4);
-#endif
+  std::vector<const FrontKernels*> sets = {&front_kernels(InstructionSet::kV3)};
+  if (best_instruction_set() == InstructionSet::kV4) sets.push_back(&front_kernels(InstructionSet::kV4));
   return sets;
 }
 
 TEST_CASE("The factor sees the compliance at its border as CHOLMOD does", "[law]") {
   const unsigned seed = GENERATE(1u, 2u);
   const FrontKernels* kernels = GENERATE(from_range(all_kernels()));
-  CAPTURE(seed, kernels == &kFrontKernelsV3);
+  CAPTURE(seed, kernels == &front_kernels(InstructionSet::kV3));
   for (const auto& [nx, ny, nz] :
        {std::array{1, 1, 1}, std::array{9, 1, 1}, std::array{7, 4, 3}, std::array{20, 8, 8}}) {
     Bordered b(nx, ny, nz, seed);
@@ -92,7 +90,7 @@ TEST_CASE("Eight vectors at once are multiplied as each of them is", "[law]") {
 TEST_CASE("A factor kept in single precision solves as the stiffness to single precision", "[law]") {
   const unsigned seed = GENERATE(6u, 7u);
   const FrontKernels* kernels = GENERATE(from_range(all_kernels()));
-  CAPTURE(seed, kernels == &kFrontKernelsV3);
+  CAPTURE(seed, kernels == &front_kernels(InstructionSet::kV3));
   for (const auto& [nx, ny, nz] : {std::array{1, 1, 1}, std::array{7, 4, 3}, std::array{20, 8, 8}}) {
     Bordered b(nx, ny, nz, seed);
     CAPTURE(nx, ny, nz);
@@ -224,7 +222,7 @@ TEST_CASE("Kernels of every instruction set eliminate a front as a dense Cholesk
     for (const auto& [k, n] :
          {std::pair{1, 1}, {3, 10}, {7, 1}, {8, 8}, {24, 49}, {33, 7}, {100, 37}, {230, 210}}) {
       RandomFront f(k, n, random);
-      CAPTURE(kernels == &kFrontKernelsV3, k, n);
+      CAPTURE(kernels == &front_kernels(InstructionSet::kV3), k, n);
       REQUIRE(kernels->eliminate(f.front));
       const Eigen::MatrixXd L1 = f.A.topLeftCorner(k, k).llt().matrixL();
       const Eigen::MatrixXd L2 =
@@ -257,7 +255,7 @@ TEST_CASE("Kernels of every instruction set substitute eight right sides as a de
   CAPTURE(seed);
   for (const FrontKernels* kernels : all_kernels())
     for (const auto& [k, n] : {std::pair{1, 1}, {3, 10}, {8, 8}, {24, 49}, {33, 7}, {64, 0}}) {
-      CAPTURE(kernels == &kFrontKernelsV3, k, n);
+      CAPTURE(kernels == &front_kernels(InstructionSet::kV3), k, n);
       const int kp = round_up_to_panel(k), np = round_up_to_panel(n);
       // L with ones on the diagonal and little below it, so that no error grows.
       Eigen::MatrixXf L = Eigen::MatrixXf::Zero(kp + np, k);

@@ -1,5 +1,5 @@
-// The kernels of front_kernels.h as TENDRIL_FRONT_KERNELS, for the instruction set that the including source
-// is compiled for. See simd.h for what may not be used here.
+// The kernels of front_kernels.h. Compiled once for each instruction set: see simd.h for what may not be used
+// here.
 
 #include "fem/sparse/front_kernels.h"
 #include "fem/sparse/front_kernels_single.h"
@@ -206,7 +206,11 @@ void back_substitute(const Front& f, const double* z, double* x) noexcept {
 
 }  // namespace
 
-const FrontKernels TENDRIL_FRONT_KERNELS{extend_add, eliminate, back_substitute, forward_substitute_eight,
-                                         backward_substitute_eight};
+namespace TENDRIL_INSTRUCTION_SET {
+
+extern const FrontKernels kFrontKernels{extend_add, eliminate, back_substitute, forward_substitute_eight,
+                                        backward_substitute_eight};
+
+}  // namespace TENDRIL_INSTRUCTION_SET
 
 }  // namespace tendril::fem
