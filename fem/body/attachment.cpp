@@ -12,7 +12,7 @@
 namespace tendril::fem {
 namespace {
 
-// Points on the surface are inside in spite of rounding.
+// Points on the surface count as inside in spite of rounding.
 constexpr double kRounding = 1e-9;
 
 // A point farther outside a tetrahedron than the tetrahedron is high has a weight below this.

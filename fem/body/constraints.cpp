@@ -29,7 +29,7 @@ void gradients(const std::vector<Coordinate>& coordinates, const Eigen::VectorXd
     std::visit([&](const auto& q) { q.add_gradient(x, J_T.col(static_cast<int>(k))); }, coordinates[k]);
 }
 
-/// What an actuator's or effector's coordinate is, refused where its geometry is bad.
+/// Makes the coordinates of an actuator or effector; refuses bad geometry.
 class Builder {
  public:
   explicit Builder(const Model& model) : model_(model) {}

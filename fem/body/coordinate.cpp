@@ -8,7 +8,7 @@
 namespace tendril::fem {
 namespace {
 
-// A segment shorter than this has no direction: its ends have met.
+// A shorter segment has no direction.
 constexpr double kMinSegmentLength = 1e-6;  // m
 
 }  // namespace
@@ -119,8 +119,8 @@ int Length::first_degenerate_segment(const Eigen::VectorXd& x) const {
 }
 
 Volume::Volume(const Model& model, std::vector<Face> surface) : model_(&model), surface_(std::move(surface)) {
-  // Faces see the cavity from the body's side; turned round they see it from outside, as the sum over
-  // tetrahedra to the origin expects.
+  // Reversed, the faces are counter-clockwise seen from outside the cavity, as the sum over tetrahedra to the
+  // origin expects.
   for (auto& face : surface_) std::swap(face[1], face[2]);
 }
 

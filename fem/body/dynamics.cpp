@@ -36,7 +36,7 @@ bool Dynamics::step(const Eigen::VectorXd& delta_a, double h) {
   return true;
 }
 
-/// With A in the place of K the body's response is its velocity.
+/// The response with A instead of K: its step is then the velocity v⁺.
 bool Dynamics::compute_response(double h) {
   for (const Tangent tangent : {Tangent::kExact, Tangent::kSemidefinite}) {
     if (assembler_.assemble(x_, tangent, r_, A_) > 0) return false;

@@ -3,10 +3,10 @@
 namespace tendril::fem {
 namespace {
 
-// Longest Newton step as a share of the body's diagonal: large enough not to slow a converging iteration,
-// small enough that elements do not turn inside out on the way.
+// Largest displacement of a node in one step, as a share of the body's diagonal: large enough not to slow a
+// converging iteration, small enough that elements are not inverted.
 constexpr double kMaxStep = 0.05;
-// How often a step that turned an element inside out is halved.
+// How often a step that inverted an element is halved.
 constexpr int kHalvings = 8;
 
 double body_diagonal(const Mesh& mesh) {
@@ -79,7 +79,7 @@ double Equilibrium::advance(const Eigen::VectorXd& lambda) {
   return newton_step;
 }
 
-/// Whether an iteration has come to a stable equilibrium. Only a factorisation can tell: where the last pose
+/// Whether the iteration has reached a stable equilibrium. Only a factorisation shows it: if the last pose
 /// had none, the next one will.
 bool Equilibrium::converged(double step, double tolerance) {
   if (!(step <= tolerance)) return false;

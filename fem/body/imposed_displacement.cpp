@@ -8,11 +8,11 @@
 namespace tendril::fem {
 namespace {
 
-// Scaled compliances have ones on their diagonal; this is the proximal term, above the noise that solving
-// with K leaves in W and far below what tells two actuators apart.
+// Proximal term of the scaled problem, whose W has ones on its diagonal: above the rounding errors of W, and
+// far below the differences between distinct actuators.
 constexpr double kProximal = 1e-9;
-constexpr int kProximalSteps = 12;            // of the proximal point method; definite problems take two
-constexpr int kActiveSetStepsPerEffort = 50;  // of the active set; random problems take at most two
+constexpr int kProximalSteps = 12;            // definite problems take two
+constexpr int kActiveSetStepsPerEffort = 50;  // random problems take at most two
 constexpr double kAccuracy = 1e-10;           // of w, relative to the largest gap
 constexpr double kWRounding = 1e-13;          // of w, relative to the largest effort
 
@@ -29,7 +29,7 @@ struct Problem {
   Eigen::Index size() const { return q.size(); }
   Vector gradient(const Vector& lambda) const { return W.selfadjointView<Eigen::Lower>() * lambda + q; }
 
-  /// What is left of Signorini's conditions.
+  /// Largest violation of Signorini's conditions.
   double residual(const Vector& lambda) const {
     const Vector w = gradient(lambda);
     double largest = 0;
@@ -61,15 +61,15 @@ bool minimise_over(const Problem& problem, const Flags& free, Vector& z) {
   return z.allFinite();
 }
 
-/// Lawson and Hanson's method, from any λ that satisfies the signs. Each λ minimises over its active set, and
-/// no set comes back, for the minimum falls.
+/// Lawson and Hanson's method, from any λ of the right signs. Each λ is the minimum over its active set. No
+/// set repeats, because the minimum decreases.
 /// @return  false if W is not positive definite
 bool minimise(const Problem& problem, Vector& lambda) {
   Flags free = !problem.pull_only || lambda.array() > 0;
   Vector z(problem.size());
   for (Eigen::Index step = 0; step < kActiveSetStepsPerEffort * problem.size(); ++step) {
     if (!minimise_over(problem, free, z)) return false;
-    double share = 1;  // of the way to z that all signs allow
+    double share = 1;  // of the step to z that all signs allow
     int blocking = -1;
     for (int i = 0; i < problem.size(); ++i)
       if (free[i] && problem.pull_only[i] && z[i] <= 0)
@@ -91,7 +91,7 @@ bool minimise(const Problem& problem, Vector& lambda) {
     if (entering < 0) return true;
     free[entering] = true;
   }
-  return true;  // at the edge of rounding sets may come back; the caller judges λ
+  return true;  // within rounding errors sets may repeat; the caller checks λ
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ void NodeRotations::compute(const StiffnessMatrix& pattern, const Eigen::VectorX
       rotations_[i] += A;
       rotations_[j] += A;
     }
-  // Near a rotation, which is where the iteration to it begins best.
+  // Scaled to be near a rotation, where the iteration converges fast.
   for (auto& A : rotations_) {
     const double norm = A.norm();
     A = norm > 0 ? polar_rotation((std::sqrt(3.0) / norm) * A) : Eigen::Matrix3d::Identity();

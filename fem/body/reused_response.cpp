@@ -6,11 +6,11 @@
 namespace tendril::fem {
 namespace {
 
-// Operations of a factorisation that take as long as a sweep takes for each number of L, where L does not fit
-// in the cache; about 25 where it does. It tells when K is to be factored anew and nothing else, so that
-// another machine's figure costs a little time.
+// Operations of a factorisation in the time that a sweep needs for each number of L, if L does not fit in the
+// cache; about 25 if it does. It decides only when K is factored anew: another machine's value costs a little
+// time.
 constexpr double kOperationsPerNumber = 60;
-// Steps after which the rate of convergence is known well enough to tell what the rest costs.
+// Steps after which the rate of convergence predicts the cost of the others well enough.
 constexpr int kTrialSteps = 2;
 constexpr int kMaxBackoff = 16;  // poses
 
@@ -36,15 +36,15 @@ ReusedResponse::ReusedResponse(const Constraints& constraints, const StiffnessMa
                           (kOperationsPerNumber * static_cast<double>(factor_.nonzeros()))) {
   for (RhsBlock& block : blocks_)
     for (EightVectors* V : {&block.B, &block.X, &block.R, &block.Z}) V->setZero(8, pattern.size());
-  // The next pose tells anew what is out of balance: one step towards it serves.
+  // The next pose computes r + J_aᵀλ anew, so one step towards its solution is enough.
   blocks_.back().unchecked[(border_.rows() - 1) % 8] = true;
 }
 
 bool ReusedResponse::compute(const StiffnessMatrix& K, const Eigen::VectorXd& x, const Eigen::VectorXd& r,
                              const Eigen::VectorXd& lambda) {
   border_.set(x, r);
-  // At rest under its efforts the body has nothing left to solve for, so that what is wrong with the
-  // solutions moves it no further.
+  // At rest under its efforts the right-hand side r + J_aᵀλ is 0. So errors of the solutions do not move the
+  // body.
   border_.add_efforts(lambda);
   lambda_ = lambda;
   const bool try_reuse = reusable_ && !should_factorize();
@@ -56,9 +56,9 @@ bool ReusedResponse::compute(const StiffnessMatrix& K, const Eigen::VectorXd& x,
   return true;
 }
 
-/// Whether to factor at once. A factor is given up where a pose would take longer with it than poses have
-/// taken on average since it was made, its making included: from there on the average would rise. It is not
-/// tried for a while where it could not serve the very next pose.
+/// Whether to factor at once: if the last pose cost more sweeps than the poses since the factorisation on
+/// average, with the factorisation itself counted. From there on the average would rise. After a factor that
+/// failed at the very next pose, some poses are factored without a trial.
 bool ReusedResponse::should_factorize() {
   if (poses_to_skip_ > 0) {
     --poses_to_skip_;
@@ -75,7 +75,7 @@ bool ReusedResponse::solve_all(const StiffnessMatrix& K, const Eigen::VectorXd& 
     blocks_[first / 8].B.topRows(rows) = border_.transposed().middleCols(first, rows).transpose();
   }
   for (RhsBlock& block : blocks_) rotations_.rotate(block.X);
-  // The last pose's forces out of balance are not these: that step has been taken.
+  // That step has been taken: r + J_aᵀλ of this pose is another one.
   blocks_.back().X.row((border_.rows() - 1) % 8).setZero();
   const bool solved = std::ranges::all_of(blocks_, [&](RhsBlock& block) { return solve_block(K, block); });
   if (!solved) {
@@ -89,14 +89,14 @@ bool ReusedResponse::solve_all(const StiffnessMatrix& K, const Eigen::VectorXd& 
   return true;
 }
 
-/// Eight conjugate gradient iterations in step; a right side that is done stands still.
+/// Conjugate gradients for eight right-hand sides side by side; one that is done no longer changes.
 bool ReusedResponse::solve_block(const StiffnessMatrix& K, RhsBlock& block) {
   auto& [B, X, R, Z, unchecked] = block;
   K.multiply(X, KP_);
   R = B - KP_;
   EightNumbers rho = precondition(block);
   const EightNumbers first = rho;
-  // (bᵀK⁻¹b) to the accuracy that W has
+  // bᵀK⁻¹b, to the accuracy of W
   const EightNumbers energy = rho + (X.array() * (B + R).array()).rowwise().sum();
   const EightNumbers target = kTolerance * kTolerance * energy;
   EightNumbers beta;
@@ -114,7 +114,7 @@ bool ReusedResponse::solve_block(const StiffnessMatrix& K, RhsBlock& block) {
     X.array() += P_.array().colwise() * alpha;
     R.array() -= KP_.array().colwise() * alpha;
     if ((done || unchecked).all()) {
-      Z.array().colwise() *= done.cast<double>();  // of the others it is not known
+      Z.array().colwise() *= done.cast<double>();  // of the unchecked ones it is not known
       return true;
     }
     const EightNumbers next = precondition(block);
@@ -124,7 +124,7 @@ bool ReusedResponse::solve_block(const StiffnessMatrix& K, RhsBlock& block) {
   return true;
 }
 
-/// Whether the steps to come, at the rate of those so far, cost more than a factorisation.
+/// Whether the remaining steps, at the rate of those so far, cost more than a factorisation.
 bool ReusedResponse::slower_than_factorizing(const RhsBlock& block, int steps, const EightNumbers& first,
                                              const EightNumbers& rho, const EightNumbers& target) const {
   const EightNumbers reduction = (first / rho).log() / steps, remaining = (rho / target).log();

@@ -7,17 +7,15 @@ inline constexpr int kBatchSize = 8;
 /// Eight tetrahedra of one law; the last index, the lane, is the tetrahedron's. In a batch that is not full
 /// the other lanes repeat one of its tetrahedra with volume 0, so that they add nothing.
 struct alignas(64) ElementBatch {
-  double g[3][3][kBatchSize];   ///< ∇N of corners 1 to 3, by corner and component, 1/m
-  double volume[kBatchSize];    ///< at rest, m³
-  double mu[kBatchSize];        ///< Pa
-  double lambda[kBatchSize];    ///< Pa; 0 in a patch
-  double pressure[kBatchSize];  ///< of the patch, Pa; 0 without one
-  double theta[kBatchSize];     ///< dilatation at the last pose, unitless
-  double q[4]
-          [kBatchSize];  ///< last rotation as a quaternion, scalar part first: where the next search starts
+  double g[3][3][kBatchSize];        ///< ∇N of corners 1 to 3, by corner and component, 1/m
+  double volume[kBatchSize];         ///< at rest, m³
+  double mu[kBatchSize];             ///< Pa
+  double lambda[kBatchSize];         ///< Pa; 0 in a patch
+  double pressure[kBatchSize];       ///< of the patch, Pa; 0 without one
+  double theta[kBatchSize];          ///< dilatation at the last pose, unitless
+  double q[4][kBatchSize];           ///< last rotation as a quaternion, scalar part first
   int node[4][kBatchSize];           ///< corners, ascending
-  int block_offset[10][kBatchSize];  ///< of blocks 00, 10, 11, 20, 21, 22, 30, 31, 32, 33 in the stiffness'
-                                     ///< numbers
+  int block_offset[10][kBatchSize];  ///< of blocks 00, 10, 11, 20, 21, 22, 30, 31, 32, 33 in the stiffness
 };
 
 /// Gradients of the volumes of a batch by their corners: V ∂θ/∂x by corner and component, m².
@@ -29,8 +27,8 @@ struct alignas(64) VolumeGradient {
 /// element.
 ///
 /// positions (m), forces (N): four numbers a node, the last one unused. blocks: the numbers of a
-/// StiffnessMatrix (N/m). Real-time: no (the caller's time depends on the mesh); they allocate nothing and
-/// have no loop without a cap.
+/// StiffnessMatrix (N/m). Real-time: no (called for each batch of a mesh). A pass allocates nothing and each
+/// of its loops has a fixed cap.
 struct ElementKernels {
   /// Sets theta, and q if the law needs a rotation.
   /// @return  bit k is 1: lane k failed (inverted, or the search for its rotation found no maximum)

@@ -11,10 +11,10 @@ namespace {
 // Patches of 2³ tetrahedra leave a mesh with three to five unknowns for each condition on volume; de Souza
 // Neto et al. (2005) use eight as well.
 constexpr size_t kPatchSize = 8;
-// A remainder below this size would lock by itself and joins a neighbour.
+// A smaller patch would lock, so it is merged into its neighbours.
 constexpr size_t kMinPatchSize = 4;
 
-/// Tetrahedra of the same group that share a face with each.
+/// For each tetrahedron those of the same group that share a face with it.
 std::vector<std::vector<int>> neighbours(const Mesh& mesh, const std::vector<int>& group) {
   std::map<std::array<int, 3>, int> open_faces;
   std::vector<std::vector<int>> result(mesh.tets.size());
@@ -31,7 +31,7 @@ std::vector<std::vector<int>> neighbours(const Mesh& mesh, const std::vector<int
   return result;
 }
 
-/// The growth of patches over a mesh.
+/// Divides a mesh greedily: each patch grows from a seed.
 class PatchBuilder {
  public:
   PatchBuilder(const Mesh& mesh, const std::vector<int>& group)
@@ -50,7 +50,8 @@ class PatchBuilder {
     members_[patch].push_back(tet);
   }
 
-  /// From one tetrahedron, always by the neighbour that brings fewest new nodes, and of those the nearest.
+  /// Grows a patch from one tetrahedron, each time by the neighbour with the fewest new nodes, and of those
+  /// the nearest.
   void grow(int seed) {
     const int patch = static_cast<int>(members_.size());
     members_.emplace_back();

@@ -1,5 +1,5 @@
-// Vectors of TENDRIL_PACKET_SIZE doubles, one for each of as many tetrahedra, and their way from and to
-// memory. For the kernel bodies alone, see simd.h.
+// Vectors of TENDRIL_PACKET_SIZE doubles, one double for each of as many tetrahedra, and their loads and
+// stores. For kernel sources alone, see simd.h.
 #pragma once
 
 namespace tendril::fem {
@@ -9,7 +9,7 @@ constexpr int kPacketSize = TENDRIL_PACKET_SIZE;
 using Packet = double __attribute__((vector_size(8 * TENDRIL_PACKET_SIZE)));
 using PacketMask = long long __attribute__((vector_size(8 * TENDRIL_PACKET_SIZE)));
 using Packet4d = double __attribute__((vector_size(32)));
-// The same in memory, wherever doubles may lie. No aliases: clang would not take the alignment.
+// The same in memory without alignment. No alias declarations: clang would drop the alignment.
 typedef double UnalignedPacket __attribute__((vector_size(8 * TENDRIL_PACKET_SIZE), aligned(8), may_alias));
 typedef double UnalignedPacket4d __attribute__((vector_size(32), aligned(8), may_alias));
 
@@ -18,14 +18,14 @@ inline void store(double* p, Packet v) { *reinterpret_cast<UnalignedPacket*>(p) 
 inline Packet4d load4d(const double* p) { return *reinterpret_cast<const UnalignedPacket4d*>(p); }
 inline void add4d(double* p, Packet4d v) { *reinterpret_cast<UnalignedPacket4d*>(p) += v; }
 
-/// One bit a lane.
+/// Bit i is 1 if lane i is true.
 inline unsigned bits(PacketMask m) {
   unsigned result = 0;
   for (int i = 0; i < kPacketSize; ++i) result |= (m[i] != 0 ? 1u : 0u) << i;
   return result;
 }
 
-/// A vector of space in every lane.
+/// A vector of three components in each lane.
 struct Vector3 {
   Packet x, y, z;
 };
@@ -39,7 +39,7 @@ inline Vector3 cross(const Vector3& a, const Vector3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// A 3 × 3 matrix in every lane, by columns.
+/// A 3 × 3 matrix in each lane, by columns.
 struct Matrix3 {
   Vector3 x, y, z;
 };
@@ -87,7 +87,7 @@ inline void transpose_halves(Packet& a, Packet& b, Packet& c, Packet& d) {
   d = __builtin_shufflevector(ab1, cd1, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 
-/// Vectors of the given nodes, of which there are four numbers each at p.
+/// The vectors of the given nodes. Each node has four numbers at p, the last one unused.
 inline Vector3 gather(const double* p, const int* node) {
   Packet a = join(load4d(p + 4 * node[0]), load4d(p + 4 * node[4]));
   Packet b = join(load4d(p + 4 * node[1]), load4d(p + 4 * node[5]));
@@ -111,21 +111,21 @@ inline void add_to_block(double* block, Packet first_eight, double last) {
   block[8] += last;
 }
 
-/// Adds the matrix of every lane to nine numbers from `numbers + place` on.
-inline void scatter_add(const Matrix3& A, double* numbers, const int* place) {
+/// Adds the matrix of lane i to the nine numbers from numbers + offset[i] on.
+inline void scatter_add(const Matrix3& A, double* numbers, const int* offset) {
   double last[kPacketSize];
   store(last, A.z.z);
   Packet a = A.x.x, b = A.x.y, c = A.x.z, d = A.y.x, e = A.y.y, f = A.y.z, g = A.z.x, h = A.z.y;
   transpose_halves(a, b, c, d);
   transpose_halves(e, f, g, h);
-  add_to_block(numbers + place[0], join_low(a, e), last[0]);
-  add_to_block(numbers + place[1], join_low(b, f), last[1]);
-  add_to_block(numbers + place[2], join_low(c, g), last[2]);
-  add_to_block(numbers + place[3], join_low(d, h), last[3]);
-  add_to_block(numbers + place[4], join_high(a, e), last[4]);
-  add_to_block(numbers + place[5], join_high(b, f), last[5]);
-  add_to_block(numbers + place[6], join_high(c, g), last[6]);
-  add_to_block(numbers + place[7], join_high(d, h), last[7]);
+  add_to_block(numbers + offset[0], join_low(a, e), last[0]);
+  add_to_block(numbers + offset[1], join_low(b, f), last[1]);
+  add_to_block(numbers + offset[2], join_low(c, g), last[2]);
+  add_to_block(numbers + offset[3], join_low(d, h), last[3]);
+  add_to_block(numbers + offset[4], join_high(a, e), last[4]);
+  add_to_block(numbers + offset[5], join_high(b, f), last[5]);
+  add_to_block(numbers + offset[6], join_high(c, g), last[6]);
+  add_to_block(numbers + offset[7], join_high(d, h), last[7]);
 }
 
 #else
@@ -146,7 +146,7 @@ inline void transpose(Packet4d& a, Packet4d& b, Packet4d& c, Packet4d& d) {
   d = __builtin_shufflevector(ab1, cd1, 2, 3, 6, 7);
 }
 
-/// Vectors of the given nodes, of which there are four numbers each at p.
+/// The vectors of the given nodes. Each node has four numbers at p, the last one unused.
 inline Vector3 gather(const double* p, const int* node) {
   Packet4d a = load4d(p + 4 * node[0]), b = load4d(p + 4 * node[1]), c = load4d(p + 4 * node[2]),
            d = load4d(p + 4 * node[3]);
@@ -166,17 +166,17 @@ inline void add_to_block(double* block, Packet4d first, Packet4d second, double 
   block[8] += last;
 }
 
-/// Adds the matrix of every lane to nine numbers from `numbers + place` on.
-inline void scatter_add(const Matrix3& A, double* numbers, const int* place) {
+/// Adds the matrix of lane i to the nine numbers from numbers + offset[i] on.
+inline void scatter_add(const Matrix3& A, double* numbers, const int* offset) {
   double last[kPacketSize];
   store(last, A.z.z);
   Packet4d a = A.x.x, b = A.x.y, c = A.x.z, d = A.y.x, e = A.y.y, f = A.y.z, g = A.z.x, h = A.z.y;
   transpose(a, b, c, d);
   transpose(e, f, g, h);
-  add_to_block(numbers + place[0], a, e, last[0]);
-  add_to_block(numbers + place[1], b, f, last[1]);
-  add_to_block(numbers + place[2], c, g, last[2]);
-  add_to_block(numbers + place[3], d, h, last[3]);
+  add_to_block(numbers + offset[0], a, e, last[0]);
+  add_to_block(numbers + offset[1], b, f, last[1]);
+  add_to_block(numbers + offset[2], c, g, last[2]);
+  add_to_block(numbers + offset[3], d, h, last[3]);
 }
 
 #endif

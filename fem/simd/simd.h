@@ -10,7 +10,7 @@ namespace tendril::fem {
 /// loops over doubles and vectors of the compiler, all in an anonymous namespace. The sets round differently
 /// in the last bit.
 enum class InstructionSet {
-  kScalar,  ///< no kernels: what has them does without
+  kScalar,  ///< no kernels: elements are computed one by one
   kV3,      ///< that of the build, x86-64-v3 (AVX2) unless told otherwise
   kV4,      ///< x86-64-v4 (AVX-512), x86 only
 };
@@ -21,8 +21,7 @@ inline constexpr bool kHasV4 = true;
 inline constexpr bool kHasV4 = false;
 #endif
 
-/// The largest set that this processor and its operating system run. Real-time: no (the first call asks the
-/// processor).
+/// The largest set that this processor and its operating system run. Real-time: no.
 InstructionSet best_instruction_set();
 
 }  // namespace tendril::fem

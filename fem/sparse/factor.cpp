@@ -23,8 +23,7 @@ AlignedArray<Number> allocate(size_t count) {
   return AlignedArray<Number>(memory);
 }
 
-/// An odd number of cache lines: columns that lie a power of two apart would compete for the same places in
-/// the cache.
+/// An odd number of cache lines: columns that are a power of two apart would conflict in the cache.
 int column_length(int rows) {
   const int panels = (rows + kSimdRows - 1) / kSimdRows;
   return kSimdRows * (panels | 1);

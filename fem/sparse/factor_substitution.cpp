@@ -1,4 +1,4 @@
-// What a Factor does with L once it is there.
+// Substitution with the factor L.
 
 #include <algorithm>
 
@@ -7,7 +7,7 @@
 namespace tendril::fem {
 namespace {
 
-constexpr int kNoBorder = -8;  // the eight rows from here on are none of the border's
+constexpr int kNoBorder = -8;  // no row of the border is among the eight from here on
 
 }  // namespace
 
@@ -28,7 +28,7 @@ void Factor::solve(const Eigen::VectorXd& c, Eigen::VectorXd& x) {
   }
 }
 
-/// Above the diagonal of the pivots L has never been written.
+/// Above the diagonal of the pivots nothing is stored.
 void Factor::store_single(const FrontLayout& layout, const double* L) {
   float* single = L1_.get() + layout.L;
   const size_t stride = static_cast<size_t>(kSimdRows) * layout.k;
@@ -74,7 +74,7 @@ void Factor::forward_substitute_eight() {
   }
 }
 
-/// @param first  row of the border that the first of the eight vectors is the solution for
+/// @param first  row of the border whose solution the first of the eight vectors is
 void Factor::backward_substitute_eight(int first) {
   float *x = x1_.get(), *z = front1_.get();
   for (auto layout = fronts_.rbegin(); layout != fronts_.rend(); ++layout) {

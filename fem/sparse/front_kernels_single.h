@@ -1,6 +1,6 @@
-// Substitution with a front's factor in single precision, eight right sides at once, for the kernel bodies
-// alone: see simd.h. Each number of L meets eight of the right sides, and L is read in the order in which it
-// lies in memory, panel after panel.
+// Substitution with a front's factor in single precision for eight right-hand sides, for the kernel sources
+// alone: see simd.h. Each number of L meets eight numbers, and L is read in the order of memory, panel after
+// panel.
 #pragma once
 
 #include "fem/sparse/front_kernels.h"

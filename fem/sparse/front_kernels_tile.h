@@ -1,5 +1,4 @@
-// The products A Bᵀ of packed panels, in tiles that stay in registers, for the kernel bodies alone: see
-// simd.h.
+// Products A Bᵀ of panels, in tiles that stay in registers, for the kernel sources alone: see simd.h.
 #pragma once
 
 #include "fem/sparse/front_kernels.h"
@@ -20,10 +19,11 @@ constexpr int kTilePanels = 1, kTileColumns = 2;
 typedef double Packet __attribute__((vector_size(kPacketSize * sizeof(double)), may_alias));
 constexpr int kPanelPackets = kSimdRows / kPacketSize;  // in a panel
 
-// Pivots eliminated before what lies right of them is updated: a panel of so many columns fits in the
-// first-level cache together with the tile it meets.
+// Pivots that are eliminated before the columns to their right are updated: a panel of so many columns and a
+// tile fit in the first-level cache.
 constexpr int kPivotBlock = 96;
-// Columns updated in one sweep over the rows: so many panels of a pivot block fit in the second-level cache.
+// Columns that are updated in one loop over the rows: so many panels of a pivot block fit in the second-level
+// cache.
 constexpr int kColumnBlock = 192;
 
 inline Packet broadcast(double a) { return Packet{} + a; }
