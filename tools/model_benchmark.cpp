@@ -84,7 +84,7 @@ struct Split {
       });
       compliance.measure([&] { response.compliance(x, W); });
       problem.measure([&] { (void)qp.prepare(H, H); });
-      move.measure([&] { response.move(lambda, dx); });
+      move.measure([&] { response.solve_step(lambda, dx); });
     }
   }
   Json json() const {

@@ -41,7 +41,8 @@ class Path {
   Path(const app::Robot& robot, double radius) {
     amplitude_ = 1;
     fem::Equilibrium body(robot.model, robot.constraints);
-    if (body.linearise(Eigen::VectorXd::Zero(robot.constraints.actuators())) != fem::Pose::kUsable)
+    if (body.linearise(Eigen::VectorXd::Zero(robot.constraints.actuators())) !=
+        fem::LinearisationStatus::kUsable)
       fail("the body cannot be linearised at rest");
     amplitude_ = radius / (body.compliance().W_ea * swing(0, robot.constraints.actuators())).norm();
   }
@@ -83,7 +84,7 @@ class Comparison {
     Times direct(thread_time_ns), reused(thread_time_ns), move(thread_time_ns);
     double phase = 0, error = 0;
     int factorisations = 0, sweeps = 0, solved = 0;
-    reused_.forget();
+    reused_.discard_factor();
     for (int k = 0; k < poses; ++k) {
       const Eigen::VectorXd lambda = path_.efforts(phase, m());
       linearise(lambda);
@@ -98,12 +99,12 @@ class Comparison {
         direct.measure([&] {
           if (!direct_.compute(K_, x_, r_)) fail("the stiffness is not positive definite");
           direct_.compliance(x_, exact_);
-          direct_.move(lambda, dx_);
+          direct_.solve_step(lambda, dx_);
         });
         error = std::max(error, largest_error());
       }
       phase += distance / (found_.W_ea * path_.rate(phase, m())).norm();
-      move.measure([&] { reused_.move(path_.efforts(phase, m()), dx_); });
+      move.measure([&] { reused_.solve_step(path_.efforts(phase, m()), dx_); });
       x_ += dx_;
     }
     return {{"distance_mm", 1e3 * distance},

@@ -129,7 +129,7 @@ struct ControlConfig {
   double target_age_limit = 0.5;     // s
   int late_cycles_limit = 20;        // in a row
   double model_rate_limit_hz = 0;    // 0: as fast as it can
-  fem::Solver model_solver = fem::Solver::kDirect;
+  fem::LinearSolverKind model_solver = fem::LinearSolverKind::kDirect;
   fem::Tangent model_tangent = fem::Tangent::kExact;  // of refreshes, not of settling
   rt::StopAction stop = rt::StopAction::kHold;
   Eigen::Vector3d workspace_min = Eigen::Vector3d::Constant(-1);  // m

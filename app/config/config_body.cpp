@@ -47,8 +47,9 @@ void read_turn(const Value& v, Eigen::Matrix3d& R) {
 void read_elasticity(Reader& r, fem::Material& material) {
   r.need("young_modulus", material.young_modulus, Dimension::kPressure, kPositive);
   r.need("poisson_ratio", material.poisson_ratio, Dimension::kNumber, kPoissonRatio);
-  r.may("law", material.law,
-        Words<fem::Law>{{"corotational", fem::Law::kCorotational}, {"neo_hookean", fem::Law::kNeoHookean}});
+  Words<fem::Law> laws;
+  for (const fem::Law law : fem::kLaws) laws.emplace_back(name(law), law);
+  r.may("law", material.law, laws);
   r.may("dilatation", material.dilatation,
         Words<fem::Dilatation>{{"element", fem::Dilatation::kElement}, {"patches", fem::Dilatation::kPatch}});
 }

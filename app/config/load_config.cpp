@@ -40,7 +40,8 @@ void read_control(Reader& r, ControlConfig& control) {
   r.may("model_rate_limit", control.model_rate_limit_hz, Dimension::kRate,
         Range{.at_least = 0, .at_most = kFastestRate});
   r.may("model_solver", control.model_solver,
-        Words<fem::Solver>{{"direct", fem::Solver::kDirect}, {"reused", fem::Solver::kReused}});
+        Words<fem::LinearSolverKind>{{"direct", fem::LinearSolverKind::kDirect},
+                                     {"reused", fem::LinearSolverKind::kReused}});
   r.may("model_tangent", control.model_tangent,
         Words<fem::Tangent>{{"exact", fem::Tangent::kExact}, {"semidefinite", fem::Tangent::kSemidefinite}});
   r.may("stop", control.stop,

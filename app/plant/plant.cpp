@@ -167,8 +167,8 @@ PlantBody::PlantBody(const Config& config, const PlantDisplacements& start)
                 fem::Damping{config.plant->damping_mass, config.plant->damping_stiffness}),
       time_step_ns_(std::llround(1e9 * config.plant->time_step)) {
   fem::Equilibrium rest(robot_->model, robot_->constraints);
-  const fem::Settled settled =
-      rest.settle_at_displacements(vector(start), fem::Sign::kPullOnly, kPlantRestAccuracy);
+  const fem::EquilibriumResult settled =
+      rest.settle_at_displacements(vector(start), fem::EffortSign::kPullOnly, kPlantRestAccuracy);
   if (!settled.converged)
     throw ConfigError(
         fmt::format("{}: plant: the simulated robot finds no rest with its drives as they stand; "

@@ -50,7 +50,7 @@ rt::EffectorVector rest_of_effectors(const Robot& robot) {
   fem::Equilibrium body(robot.model,
                         robot.constraints);  // stays in the shape of the mesh if it cannot settle
   (void)body.settle_at_displacements(Eigen::VectorXd::Zero(robot.constraints.actuators()),
-                                     fem::Sign::kPullOnly, kSettled);
+                                     fem::EffortSign::kPullOnly, kSettled);
   return robot.constraints.effector_position(body.x());
 }
 

@@ -49,8 +49,8 @@ ModelRefresher::ModelRefresher(const Robot& robot, const Config& config)
 }
 
 bool ModelRefresher::settle(const Eigen::VectorXd& delta_a) {
-  const fem::Settled settled =
-      equilibrium_.settle_at_displacements(delta_a, fem::Sign::kPullOnly, kRestAccuracy);
+  const fem::EquilibriumResult settled =
+      equilibrium_.settle_at_displacements(delta_a, fem::EffortSign::kPullOnly, kRestAccuracy);
   if (!settled.converged) return false;
   lambda_ = settled.lambda;
   last_good_x_ = equilibrium_.x();
@@ -68,7 +68,7 @@ bool ModelRefresher::refresh(const rt::Feedback& feedback, std::int64_t now_ns, 
     asked_ = feedback.lambda;
     equilibrium_.advance(asked_);
   }
-  if (equilibrium_.linearise(asked_, tangent_) != fem::Pose::kUsable ||
+  if (equilibrium_.linearise(asked_, tangent_) != fem::LinearisationStatus::kUsable ||
       !fill(equilibrium_.compliance(), asked_, now_ns, snapshot)) {
     // The responses kept for the next step must belong to the pose it starts from, and to efforts that are
     // known to serve there: those of this call may be what failed.

@@ -7,12 +7,12 @@
 #include <limits>
 
 #include "fem/element/tetrahedron.h"
-#include "fem/mesh/place.h"
+#include "fem/mesh/format_point.h"
 
 namespace tendril::fem {
 namespace {
 
-// Points on the surface are inside in spite of rounding.
+// Points on the surface count as inside in spite of rounding.
 constexpr double kRounding = 1e-9;
 
 // A point farther outside a tetrahedron than the tetrahedron is high has a weight below this.
@@ -59,7 +59,7 @@ Eigen::Vector3d nearest_on_surface(const Corners& p, const Eigen::Vector3d& poin
 
 Attachment attach(const Mesh& mesh, const Eigen::Vector3d& point, double snap) {
   double best_distance = std::numeric_limits<double>::infinity();
-  Eigen::Vector3d best_place = Eigen::Vector3d::Zero();
+  Eigen::Vector3d nearest = Eigen::Vector3d::Zero();
   Attachment best{};
   for (const auto& tet : mesh.tets) {
     const Corners p = mesh.nodes(Eigen::all, tet);
@@ -69,7 +69,7 @@ Attachment attach(const Mesh& mesh, const Eigen::Vector3d& point, double snap) {
     const double distance = (place - point).norm();
     if (distance < best_distance) {
       best_distance = distance;
-      best_place = place;
+      nearest = place;
       const Eigen::Vector4d w = weights.minCoeff() < kFarthest ? barycentric(p, place) : weights;
       best = {tet, {w[0], w[1], w[2], w[3]}};
     }
@@ -78,7 +78,7 @@ Attachment attach(const Mesh& mesh, const Eigen::Vector3d& point, double snap) {
   if (best_distance > snap) {
     throw MeshError(
         fmt::format("the point {} lies {:.3g} mm outside the mesh; the nearest point of the body is {}",
-                    fem::place(point), 1e3 * best_distance, fem::place(best_place)));
+                    format_point_mm(point), 1e3 * best_distance, format_point_mm(nearest)));
   }
   return best;
 }

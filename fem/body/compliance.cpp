@@ -48,7 +48,7 @@ bool Response::compute(const StiffnessMatrix& K, const Eigen::VectorXd& x, const
   return factor_.factorize(K, border_.transposed());
 }
 
-void Response::move(const Eigen::VectorXd& lambda, Eigen::VectorXd& dx) {
+void Response::solve_step(const Eigen::VectorXd& lambda, Eigen::VectorXd& dx) {
   coefficients_.head(lambda.size()) = lambda;
   dx.resize(border_.transposed().rows());
   factor_.solve(coefficients_, dx);

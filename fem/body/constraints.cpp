@@ -29,7 +29,7 @@ void gradients(const std::vector<Coordinate>& coordinates, const Eigen::VectorXd
     std::visit([&](const auto& q) { q.add_gradient(x, J_T.col(static_cast<int>(k))); }, coordinates[k]);
 }
 
-/// What an actuator's or effector's coordinate is, refused where its geometry is bad.
+/// Makes the coordinates of an actuator or effector; refuses bad geometry.
 class Builder {
  public:
   explicit Builder(const Model& model) : model_(model) {}
@@ -62,7 +62,7 @@ class Builder {
  private:
   Coordinate line(const std::vector<CablePoint>& points, double sign) const {
     Length length(model_, points, sign);
-    if (const int k = length.collapsed(model_.rest()); k >= 0)
+    if (const int k = length.first_degenerate_segment(model_.rest()); k >= 0)
       throw std::invalid_argument(fmt::format("its points {} and {} coincide", k, k + 1));
     return length;
   }
@@ -172,7 +172,7 @@ void Constraints::add_stiffness(const Eigen::VectorXd& x, const Eigen::VectorXd&
   if (K.rows().size() != blocks_)
     throw std::invalid_argument("the stiffness matrix was not made with the cliques of these constraints");
   for (int a = 0; a < actuators(); ++a)
-    std::visit([&](const auto& q) { q.add_curvature(x, -lambda[a], tangent, K); }, actuators_[a]);
+    std::visit([&](const auto& q) { q.add_hessian(x, -lambda[a], tangent, K); }, actuators_[a]);
 }
 
 }  // namespace tendril::fem

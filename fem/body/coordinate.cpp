@@ -8,8 +8,8 @@
 namespace tendril::fem {
 namespace {
 
-// A segment shorter than this has no direction: its ends have met.
-constexpr double kShortest = 1e-6;  // m
+// A shorter segment has no direction.
+constexpr double kMinSegmentLength = 1e-6;  // m
 
 }  // namespace
 
@@ -24,27 +24,27 @@ void LinearVector::add(const Model& model, const CablePoint& point, double weigh
     const double share = weight * body->weights[k];
     if (node >= model.free_nodes()) constant_ += share * model.mesh().nodes.col(node);
     if (node >= model.free_nodes() || share == 0) continue;
-    const auto at = std::find_if(shares_.begin(), shares_.end(), [&](auto& s) { return s.node <= node; });
-    if (at != shares_.end() && at->node == node)
+    const auto at = std::find_if(terms_.begin(), terms_.end(), [&](auto& s) { return s.node <= node; });
+    if (at != terms_.end() && at->node == node)
       at->weight += share;
     else
-      shares_.insert(at, {node, share});
+      terms_.insert(at, {node, share});
   }
 }
 
 Eigen::Vector3d LinearVector::at(const Eigen::VectorXd& x) const {
   Eigen::Vector3d v = constant_;
-  for (const Share& share : shares_) v += share.weight * x.segment<3>(3 * share.node);
+  for (const Term& term : terms_) v += term.weight * x.segment<3>(3 * term.node);
   return v;
 }
 
 void LinearVector::add_gradient(const Eigen::Vector3d& u, Eigen::Ref<Eigen::VectorXd> g) const {
-  for (const Share& share : shares_) g.segment<3>(3 * share.node) += share.weight * u;
+  for (const Term& term : terms_) g.segment<3>(3 * term.node) += term.weight * u;
 }
 
 std::vector<int> LinearVector::nodes() const {
   std::vector<int> result;
-  for (const Share& share : shares_) result.push_back(share.node);
+  for (const Term& term : terms_) result.push_back(term.node);
   return result;
 }
 
@@ -70,25 +70,24 @@ void Length::add_gradient(const Eigen::VectorXd& x, Eigen::Ref<Eigen::VectorXd> 
   for (const Segment& segment : segments_) {
     const Eigen::Vector3d span = segment.span.at(x);
     const double L = span.norm();
-    if (L >= kShortest) segment.span.add_gradient(sign_ / L * span, g);
+    if (L >= kMinSegmentLength) segment.span.add_gradient(sign_ / L * span, g);
   }
 }
 
-void Length::add_curvature(const Eigen::VectorXd& x, double scale, Tangent tangent,
-                           StiffnessMatrix& K) const {
+void Length::add_hessian(const Eigen::VectorXd& x, double scale, Tangent tangent, StiffnessMatrix& K) const {
   const double force = sign_ * scale;
   if (force == 0 || (force < 0 && tangent != Tangent::kExact)) return;
   for (const Segment& segment : segments_) {
     const Eigen::Vector3d span = segment.span.at(x);
     const double L = span.norm();
-    if (L < kShortest) continue;
+    if (L < kMinSegmentLength) continue;
     const Eigen::Vector3d u = span / L;
     const Eigen::Matrix3d across = (force / L) * (Eigen::Matrix3d::Identity() - u * u.transpose());
-    const auto& shares = segment.span.shares();
+    const auto& terms = segment.span.terms();
     size_t pair = 0;
-    for (size_t i = 0; i < shares.size(); ++i)
-      for (size_t j = i; j < shares.size(); ++j)
-        K.add(segment.slots[pair++], (shares[i].weight * shares[j].weight) * across);
+    for (size_t i = 0; i < terms.size(); ++i)
+      for (size_t j = i; j < terms.size(); ++j)
+        K.add(segment.slots[pair++], (terms[i].weight * terms[j].weight) * across);
   }
 }
 
@@ -100,11 +99,10 @@ std::vector<std::vector<int>> Length::cliques() const {
 
 void Length::bind(const StiffnessMatrix& K) {
   for (Segment& segment : segments_) {
-    const auto& shares = segment.span.shares();
+    const auto& terms = segment.span.terms();
     segment.slots.clear();
-    for (size_t i = 0; i < shares.size(); ++i)
-      for (size_t j = i; j < shares.size(); ++j)
-        segment.slots.push_back(K.slot(shares[i].node, shares[j].node));
+    for (size_t i = 0; i < terms.size(); ++i)
+      for (size_t j = i; j < terms.size(); ++j) segment.slots.push_back(K.slot(terms[i].node, terms[j].node));
   }
 }
 
@@ -114,15 +112,15 @@ std::vector<int> Length::nodes() const {
   return result;
 }
 
-int Length::collapsed(const Eigen::VectorXd& x) const {
+int Length::first_degenerate_segment(const Eigen::VectorXd& x) const {
   for (size_t k = 0; k < segments_.size(); ++k)
-    if (segments_[k].span.at(x).norm() < kShortest) return static_cast<int>(k);
+    if (segments_[k].span.at(x).norm() < kMinSegmentLength) return static_cast<int>(k);
   return -1;
 }
 
 Volume::Volume(const Model& model, std::vector<Face> surface) : model_(&model), surface_(std::move(surface)) {
-  // Faces see the cavity from the body's side; turned round they see it from outside, as the sum over
-  // tetrahedra to the origin expects.
+  // Reversed, the faces are counter-clockwise seen from outside the cavity, as the sum over tetrahedra to the
+  // origin expects.
   for (auto& face : surface_) std::swap(face[1], face[2]);
 }
 
@@ -141,8 +139,7 @@ void Volume::add_gradient(const Eigen::VectorXd& x, Eigen::Ref<Eigen::VectorXd> 
             model_->position(x, face[(k + 1) % 3]).cross(model_->position(x, face[(k + 2) % 3])) / 6;
 }
 
-void Volume::add_curvature(const Eigen::VectorXd& x, double scale, Tangent tangent,
-                           StiffnessMatrix& K) const {
+void Volume::add_hessian(const Eigen::VectorXd& x, double scale, Tangent tangent, StiffnessMatrix& K) const {
   if (tangent != Tangent::kExact || scale == 0) return;
   for (size_t f = 0; f < surface_.size(); ++f)
     for (int k = 0; k < 3; ++k) {

@@ -25,18 +25,18 @@ double Dynamics::kinetic_energy() const { return 0.5 * v_.dot(model_.masses().cw
 bool Dynamics::step(const Eigen::VectorXd& delta_a, double h) {
   if (!compute_response(h)) return false;
   W_ = h * response_.W_aa();
-  constraints_.displacement(x_, free_);
-  free_ += h * response_.delta_a_of_r();
+  constraints_.displacement(x_, delta_a_free_);
+  delta_a_free_ += h * response_.delta_a_of_r();
   next_lambda_ = lambda_;
-  if (!solve_efforts(W_, free_, delta_a, constraints_.pull_only(), next_lambda_)) return false;
+  if (!solve_efforts(W_, delta_a_free_, delta_a, constraints_.pull_only(), next_lambda_)) return false;
 
-  response_.move(next_lambda_, v_);
+  response_.solve_step(next_lambda_, v_);
   x_ += h * v_;
   lambda_ = next_lambda_;
   return true;
 }
 
-/// With A in the place of K the body's response is its velocity.
+/// The response with A instead of K: its step is then the velocity v⁺.
 bool Dynamics::compute_response(double h) {
   for (const Tangent tangent : {Tangent::kExact, Tangent::kSemidefinite}) {
     if (assembler_.assemble(x_, tangent, r_, A_) > 0) return false;

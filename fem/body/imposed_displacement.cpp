@@ -8,13 +8,13 @@
 namespace tendril::fem {
 namespace {
 
-// Scaled compliances have ones on their diagonal; this is the proximal term, above the noise that solving
-// with K leaves in W and far below what tells two actuators apart.
+// Proximal term of the scaled problem, whose W has ones on its diagonal: above the rounding errors of W, and
+// far below the differences between distinct actuators.
 constexpr double kProximal = 1e-9;
-constexpr int kRounds = 12;           // of the proximal point method; definite problems take two
-constexpr int kStepsPerEffort = 50;   // of the active set; random problems take at most two
-constexpr double kAccuracy = 1e-10;   // of w, relative to the largest gap
-constexpr double kWRounding = 1e-13;  // of w, relative to the largest effort
+constexpr int kProximalSteps = 12;            // definite problems take two
+constexpr int kActiveSetStepsPerEffort = 50;  // random problems take at most two
+constexpr double kAccuracy = 1e-10;           // of w, relative to the largest gap
+constexpr double kWRounding = 1e-13;          // of w, relative to the largest effort
 
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxEfforts, 1>;
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxEfforts, kMaxEfforts>;
@@ -27,11 +27,11 @@ struct Problem {
   Flags pull_only;
 
   Eigen::Index size() const { return q.size(); }
-  Vector slope(const Vector& lambda) const { return W.selfadjointView<Eigen::Lower>() * lambda + q; }
+  Vector gradient(const Vector& lambda) const { return W.selfadjointView<Eigen::Lower>() * lambda + q; }
 
-  /// What is left of Signorini's conditions.
+  /// Largest violation of Signorini's conditions.
   double residual(const Vector& lambda) const {
-    const Vector w = slope(lambda);
+    const Vector w = gradient(lambda);
     double largest = 0;
     for (int i = 0; i < size(); ++i)
       largest = std::max(largest, std::abs(pull_only[i] ? std::min(lambda[i], w[i]) : w[i]));
@@ -61,15 +61,15 @@ bool minimise_over(const Problem& problem, const Flags& free, Vector& z) {
   return z.allFinite();
 }
 
-/// Lawson and Hanson's method, from any λ that satisfies the signs. Each λ minimises over its active set, and
-/// no set comes back, for the minimum falls.
+/// Lawson and Hanson's method, from any λ of the right signs. Each λ is the minimum over its active set. No
+/// set repeats, because the minimum decreases.
 /// @return  false if W is not positive definite
 bool minimise(const Problem& problem, Vector& lambda) {
   Flags free = !problem.pull_only || lambda.array() > 0;
   Vector z(problem.size());
-  for (Eigen::Index step = 0; step < kStepsPerEffort * problem.size(); ++step) {
+  for (Eigen::Index step = 0; step < kActiveSetStepsPerEffort * problem.size(); ++step) {
     if (!minimise_over(problem, free, z)) return false;
-    double share = 1;  // of the way to z that all signs allow
+    double share = 1;  // of the step to z that all signs allow
     int blocking = -1;
     for (int i = 0; i < problem.size(); ++i)
       if (free[i] && problem.pull_only[i] && z[i] <= 0)
@@ -85,13 +85,13 @@ bool minimise(const Problem& problem, Vector& lambda) {
     }
     int entering = -1;
     double least = -problem.rounding(lambda);
-    const Vector w = problem.slope(lambda);
+    const Vector w = problem.gradient(lambda);
     for (int i = 0; i < problem.size(); ++i)
       if (!free[i] && w[i] < least) least = w[entering = i];
     if (entering < 0) return true;
     free[entering] = true;
   }
-  return true;  // at the edge of rounding sets may come back; the caller judges λ
+  return true;  // within rounding errors sets may repeat; the caller checks λ
 }
 
 }  // namespace
@@ -112,7 +112,7 @@ bool solve_efforts(const Eigen::MatrixXd& W_aa, const Eigen::VectorXd& delta_a_f
   scaled = pull_only.select(scaled.cwiseMax(0.0), scaled);
   Problem definite = problem;
   definite.W.diagonal().array() += kProximal;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kProximalSteps; ++round) {
     definite.q = problem.q - kProximal * scaled;
     if (!minimise(definite, scaled)) return false;
     lambda = scale.cwiseProduct(scaled);

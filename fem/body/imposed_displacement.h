@@ -4,32 +4,32 @@
 
 namespace tendril::fem {
 
-/// Whether actuators that only pull may push.
-enum class Sign {
-  kPullOnly,   ///< λ ≥ 0 of cables: one that would push goes slack
-  kBilateral,  ///< any λ, as if cables were rods
+/// Which signs the efforts of cables may have.
+enum class EffortSign {
+  kPullOnly,   ///< λ ≥ 0: a cable that would push is slack
+  kBilateral,  ///< any λ, as of rods
 };
 
-/// Largest number of efforts that solve_efforts() looks for.
+/// Largest number of actuators of solve_efforts().
 inline constexpr int kMaxEfforts = 32;
 
-/// Efforts that impose displacements on a linearised body. Those that may have any sign reach theirs,
-///   w_i = 0  where  w = W_aa λ + δ_a_free − δ_a,
-/// and those that only pull obey Signorini's conditions: taut and at the imposed displacement, or slack and
-/// beyond it,
+/// Efforts that impose displacements δ_a on the linearised body. With w = W_aa λ + δ_a_free − δ_a, an
+/// actuator of any sign reaches its displacement, w_i = 0. One that only pulls is taut and at its
+/// displacement, or slack and beyond it (Signorini's conditions):
 ///   λ_i ≥ 0,   w_i ≥ 0,   λ_i w_i = 0.
-/// That is what minimises ½ λᵀW_aa λ + (δ_a_free − δ_a)ᵀλ, and is found by the active-set method of Lawson &
-/// Hanson, "Solving Least Squares Problems" (1974), ch. 23, which ends after finitely many steps. Actuators
-/// of different units are scaled to √J. Where several do the same, as parallel cables on one point, their
-/// efforts are not unique; steps of the proximal point method [Rockafellar 1976] make each problem definite.
+///
+/// This minimises ½ λᵀW_aa λ + (δ_a_free − δ_a)ᵀλ under the signs. The method is the active-set method of
+/// Lawson & Hanson, "Solving Least Squares Problems" (1974), ch. 23, which ends after finitely many steps, on
+/// efforts that are scaled to √J. If several actuators do the same, as parallel cables on one point, their
+/// efforts are not unique. Steps of the proximal point method [Rockafellar 1976] then keep each problem
+/// definite.
 /// @param W_aa          m × m, symmetric positive semidefinite, m/N, m³/Pa and mixtures
 /// @param delta_a_free  m, m or m³
-/// @param delta_a       m imposed displacements, m or m³
+/// @param delta_a       imposed displacements, m, m or m³
 /// @param pull_only     m
-/// @param lambda        m, N or Pa; result, and a guess to start from
-/// @return  false if no efforts were found: W_aa is not finite or not semidefinite, an actuator moves
-/// nothing,
-///          or actuators that do the same are asked for different displacements; λ is then of no use
+/// @param lambda        result, m, N or Pa; also the first guess
+/// @return  false if no efforts are found: W_aa is not finite or not semidefinite, an actuator moves nothing,
+///          or actuators that do the same have different displacements; λ is then of no use
 /// @throws  std::invalid_argument if m is more than kMaxEfforts
 /// Real-time: no (time depends on how many efforts change sign); allocates nothing.
 [[nodiscard]] bool solve_efforts(const Eigen::MatrixXd& W_aa, const Eigen::VectorXd& delta_a_free,

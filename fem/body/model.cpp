@@ -8,7 +8,7 @@
 #include <set>
 
 #include "fem/mesh/connected_parts.h"
-#include "fem/mesh/place.h"
+#include "fem/mesh/format_point.h"
 
 namespace tendril::fem {
 namespace {
@@ -16,14 +16,14 @@ namespace {
 constexpr int kNotANode = -1;
 
 /// How messages name a material: by its number where there are several.
-std::string name(size_t material, size_t count) {
+std::string material_prefix(size_t material, size_t count) {
   return count == 1 ? "" : fmt::format("material {}: ", material);
 }
 
 void check(const std::vector<Material>& materials, const std::vector<int>& material_of_tet, int tets) {
   for (size_t m = 0; m < materials.size(); ++m) {
     const auto& [E, nu, law, dilatation] = materials[m];
-    const std::string where = name(m, materials.size());
+    const std::string where = material_prefix(m, materials.size());
     if (!(E > 0) || !std::isfinite(E))
       throw std::invalid_argument(
           fmt::format("{}Young's modulus is {} Pa, expected a positive number", where, E));
@@ -90,7 +90,7 @@ void check_held(const Mesh& mesh, int free_nodes) {
             ? ""
             : fmt::format(
                   " in the part of it around {}; merge nodes that coincide, for the mesh falls into {} parts",
-                  place(mesh.nodes.col(part)), names.size());
+                  format_point_mm(mesh.nodes.col(part)), names.size());
     throw MeshError(fmt::format("{} nodes are fixed, expected at least three that do not lie on one line{}",
                                 fixed.size(), where));
   }
@@ -110,8 +110,8 @@ std::vector<int> parts(const Mass& mass, size_t materials) {
     if (!mass.of_material[m]) continue;
     const double given = *mass.of_material[m];
     if (!(given > 0) || !std::isfinite(given))
-      throw std::invalid_argument(
-          fmt::format("{}the mass is {} kg, expected a positive number", name(m, materials), given));
+      throw std::invalid_argument(fmt::format("{}the mass is {} kg, expected a positive number",
+                                              material_prefix(m, materials), given));
     part[m] = next++;
   }
   return part;
@@ -127,7 +127,7 @@ std::vector<double> masses_of_parts(const Mass& mass, const std::vector<int>& pa
     masses[0] -= masses.back();
     if (std::count(part_of_tet.begin(), part_of_tet.end(), std::ssize(masses) - 1) == 0)
       throw std::invalid_argument(
-          fmt::format("{}it has a mass but no tetrahedron", name(m, mass.of_material.size())));
+          fmt::format("{}it has a mass but no tetrahedron", material_prefix(m, mass.of_material.size())));
   }
   const bool rest = std::count(part_of_tet.begin(), part_of_tet.end(), 0) > 0;
   const double rounding = 1e-9 * mass.total;
@@ -220,8 +220,7 @@ Moduli Model::moduli(int tet) const {
 Element Model::element(const Eigen::VectorXd& x, int tet) const {
   Corners corners;
   for (int a = 0; a < 4; ++a) corners.col(a) = position(x, mesh_.tets[tet][a]);
-  if (law(tet) == Law::kCorotational) return CorotationalElement(tetrahedra_[tet], moduli(tet), corners);
-  return NeoHookeanElement(tetrahedra_[tet], moduli(tet), corners);
+  return law(tet).element(tetrahedra_[tet], moduli(tet), corners);
 }
 
 std::vector<double> Model::patch_dilatations(const Eigen::VectorXd& x) const {

@@ -6,40 +6,35 @@
 #include <vector>
 
 #include "fem/body/attachment.h"
-#include "fem/element/corotational.h"
 #include "fem/element/material.h"
-#include "fem/element/neo_hookean.h"
 #include "fem/element/patches.h"
 #include "fem/mesh/mesh.h"
 #include "fem/sparse/stiffness_matrix.h"
 
 namespace tendril::fem {
 
-/// What a body weighs and how its mass is lumped to the nodes.
+/// The mass of a body and how it is lumped to the nodes.
 struct Mass {
   double total;           ///< kg
-  bool per_node = false;  ///< equal shares for all nodes instead of a quarter of each tetrahedron's
+  bool per_node = false;  ///< true: the same for all nodes; false: a quarter of each tetrahedron's mass
 
-  /// Mass of the part made of each material, kg, where it is known: one entry a material, or none at all.
-  /// The other materials share what is left of the total by volume, or node by node.
+  /// Mass of all that is of a material, kg, if known: one entry for each material, or none at all. The other
+  /// materials share the remaining mass by volume, or node by node.
   std::vector<std::optional<double>> of_material = {};
 };
 
-/// A tetrahedron at one deformation, of either law; both have the same functions, for std::visit.
-using Element = std::variant<CorotationalElement, NeoHookeanElement>;
-
-/// An elastic body: mesh, material, mass, fixed nodes, gravity and loads.
+/// An elastic body: mesh, materials, mass, fixed nodes, gravity and dead loads.
 ///
 /// Nodes are renumbered so that the N free ones come first: the unknowns x (3N, m) are the positions of the
 /// free nodes in that order, and the fixed nodes are no part of the system [Largilliere 2015, section II,
-/// step 1]. The model is constant while it is used: threads may share it once it is built.
+/// step 1]. Once it is built the model is constant, and threads may share it.
 class Model {
  public:
-  /// @param mesh   checked here, see check()
+  /// @param mesh   m; checked here, see check()
   /// @param fixed  node indices of the mesh that do not move; at least three, not all on one line
   /// @param material_of_tet  index into `materials` of every tetrahedron
   /// @throws MeshError for a bad mesh or a body that is not held; std::invalid_argument for a bad material or
-  /// mass, by its number where there are several
+  ///         mass, by its number where there are several
   /// Real-time: no.
   Model(const Mesh& mesh, std::vector<Material> materials, std::vector<int> material_of_tet, const Mass& mass,
         const std::vector<int>& fixed, const Eigen::Vector3d& gravity);
@@ -53,13 +48,13 @@ class Model {
   const Mesh& mesh() const { return mesh_; }             ///< at rest, in the model's numbering
   const Eigen::VectorXd& rest() const { return rest_; }  ///< x at rest, 3N, m
 
-  /// Where each node of the mesh given at construction stands in the model's numbering.
+  /// The model's number of each node of the mesh given at construction.
   const std::vector<int>& numbering() const { return numbering_; }
 
   /// f_ext: gravity and loads, 3N, N.
   const Eigen::VectorXd& external_forces() const { return external_; }
 
-  /// Lumped masses, one an unknown, 3N, kg.
+  /// Lumped mass of each unknown, 3N, kg.
   const Eigen::VectorXd& masses() const { return masses_; }
 
   /// Adds a dead load (N) at a material point to f_ext.
@@ -70,13 +65,13 @@ class Model {
   /// Position of a material point, m.
   Eigen::Vector3d position(const Eigen::VectorXd& x, const Attachment& at) const;
 
-  /// Shapes at rest of all tetrahedra, and what each is made of.
+  /// Rest shape, law and moduli of each tetrahedron; and the element at the pose x.
   const std::vector<RestTetrahedron>& tetrahedra() const { return tetrahedra_; }
   Law law(int tet) const { return materials_[material_of_tet_[tet]].law; }
   Moduli moduli(int tet) const;
   Element element(const Eigen::VectorXd& x, int tet) const;
 
-  /// Patches of tetrahedra that resist the change of volume together; none unless a material asks for them.
+  /// Patches of the tetrahedra whose material has Dilatation::kPatch.
   const std::vector<Patch>& patches() const { return patches_; }
   int patch_of(int tet) const { return patch_of_tet_[tet]; }  ///< or kNoPatch
   /// λ of the patch's material, Pa.
@@ -84,8 +79,8 @@ class Model {
     return materials_[material_of_tet_[patches_[patch].tets.front()]].lame_lambda();
   }
 
-  /// Elastic energy U(x), J. Element by element, as internal_forces(): written to be read, and what the
-  /// Assembler is held against.
+  /// Elastic energy U(x), J. It goes element by element, as internal_forces(), with the plain formulas; tests
+  /// compare the Assembler with them.
   double energy(const Eigen::VectorXd& x) const;
 
   /// Internal forces f(x), 3N, N, overwritten.
@@ -93,8 +88,8 @@ class Model {
   /// Real-time: no (allocates).
   int internal_forces(const Eigen::VectorXd& x, Eigen::VectorXd& f) const;
 
-  /// A zero matrix with the pattern of K, widened by the couplings of further sets of nodes (the segments of
-  /// cables, see Constraints::cliques()).
+  /// A zero matrix with the pattern of K.
+  /// @param cliques  further sets of nodes that are coupled, see Constraints::cliques()
   StiffnessMatrix make_stiffness(const std::vector<std::vector<int>>& cliques) const;
 
  private:

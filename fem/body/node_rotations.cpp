@@ -8,8 +8,8 @@ namespace tendril::fem {
 
 NodeRotations::NodeRotations(int nodes) : rotations_(nodes, Eigen::Matrix3d::Identity()) {}
 
-void NodeRotations::find(const StiffnessMatrix& pattern, const Eigen::VectorXd& from,
-                         const Eigen::VectorXd& to) {
+void NodeRotations::compute(const StiffnessMatrix& pattern, const Eigen::VectorXd& from,
+                            const Eigen::VectorXd& to) {
   for (auto& A : rotations_) A.setZero();
   for (int j = 0; j < pattern.nodes(); ++j)
     for (int k = pattern.column_starts()[j] + 1; k < pattern.column_starts()[j + 1]; ++k) {
@@ -20,7 +20,7 @@ void NodeRotations::find(const StiffnessMatrix& pattern, const Eigen::VectorXd& 
       rotations_[i] += A;
       rotations_[j] += A;
     }
-  // Near a rotation, which is where the iteration to it begins best.
+  // Scaled to be near a rotation, where the iteration converges fast.
   for (auto& A : rotations_) {
     const double norm = A.norm();
     A = norm > 0 ? polar_rotation((std::sqrt(3.0) / norm) * A) : Eigen::Matrix3d::Identity();
@@ -29,14 +29,14 @@ void NodeRotations::find(const StiffnessMatrix& pattern, const Eigen::VectorXd& 
 
 void NodeRotations::reset() { std::ranges::fill(rotations_, Eigen::Matrix3d::Identity()); }
 
-void NodeRotations::turn(EightVectors& V) const {
+void NodeRotations::rotate(EightVectors& V) const {
   for (int i = 0; i < static_cast<int>(rotations_.size()); ++i) {
     const Eigen::Matrix<double, 8, 3> v = V.middleCols<3>(3 * i);
     V.middleCols<3>(3 * i) = v * rotations_[i].transpose();
   }
 }
 
-void NodeRotations::turn_back(EightVectors& V) const {
+void NodeRotations::rotate_back(EightVectors& V) const {
   for (int i = 0; i < static_cast<int>(rotations_.size()); ++i) {
     const Eigen::Matrix<double, 8, 3> v = V.middleCols<3>(3 * i);
     V.middleCols<3>(3 * i) = v * rotations_[i];

@@ -7,28 +7,27 @@
 
 namespace tendril::fem {
 
-/// How the body around each node has turned from one pose to another: the rotation that takes the ways from
-/// the node to its neighbours nearest to what they are in the other pose, each counted by its direction
-/// alone.
+/// The rotation of the body around each node from one pose to another: the polar rotation of
+///   A_i = Σ_j (x_i − x_j)(x⁰_i − x⁰_j)ᵀ / ‖x⁰_i − x⁰_j‖²     j: nodes coupled with i.
 class NodeRotations {
  public:
-  /// No turns, of so many nodes. Real-time: no (allocates).
+  /// Identities for so many nodes. Real-time: no (allocates).
   explicit NodeRotations(int nodes);
 
-  /// Sets the rotations from pose `from` to pose `to` (3N, m).
-  /// @param pattern  nodes that it couples are neighbours
+  /// Computes the rotations from pose `from` to pose `to` (3N, m).
+  /// @param pattern  shows which nodes are coupled
   /// Real-time: no (time depends on the mesh); allocates nothing.
-  void find(const StiffnessMatrix& pattern, const Eigen::VectorXd& from, const Eigen::VectorXd& to);
+  void compute(const StiffnessMatrix& pattern, const Eigen::VectorXd& from, const Eigen::VectorXd& to);
 
-  /// Sets all of them to no turn.
+  /// Sets all to the identity.
   void reset();
 
   const Eigen::Matrix3d& operator[](int node) const { return rotations_[node]; }
 
-  /// Turns all vectors of the nodes along, or back.
+  /// v_i ← R_i v_i for the vectors of all nodes, or the inverse.
   /// Real-time: no (time depends on the mesh); allocates nothing.
-  void turn(EightVectors& V) const;
-  void turn_back(EightVectors& V) const;
+  void rotate(EightVectors& V) const;
+  void rotate_back(EightVectors& V) const;
 
  private:
   std::vector<Eigen::Matrix3d> rotations_;

@@ -1,8 +1,17 @@
 #include "fem/element/corotational.h"
 
 #include <Eigen/Dense>
+#include <Eigen/Geometry>
 
 namespace tendril::fem {
+
+namespace v3 {
+extern const ElementKernels kCorotationalKernels;
+}
+namespace v4 {
+extern const ElementKernels kCorotationalKernels;
+}
+
 namespace {
 
 constexpr int kPolarIterations = 20;
@@ -22,10 +31,30 @@ Eigen::Matrix3d polar_rotation(const Eigen::Matrix3d& F) {
     R = next;
     if (step2 < kPolarStep2) return R;
   }
-  // Inside out, or so flat that the iteration takes too long.
+  // Inverted, or so flat that the iteration takes too long.
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();
   return svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+}
+
+ElementKernels CorotationalElement::kernels(InstructionSet set) {
+  if (set == InstructionSet::kScalar) return {};
+  if constexpr (kHasV4)
+    if (set == InstructionSet::kV4) return v4::kCorotationalKernels;
+  return v3::kCorotationalKernels;
+}
+
+bool CorotationalElement::update_lane(ElementBatch& batch, int lane, const Corners& corners) {
+  Eigen::Matrix3d F = Eigen::Matrix3d::Zero();
+  for (int b = 0; b < 3; ++b)
+    F += (corners.col(b + 1) - corners.col(0)) *
+         Eigen::RowVector3d(batch.g[b][0][lane], batch.g[b][1][lane], batch.g[b][2][lane]);
+  const Eigen::Matrix3d R = polar_rotation(F);
+  const Eigen::Quaterniond q(R);
+  batch.q[0][lane] = q.w();
+  for (int c = 0; c < 3; ++c) batch.q[c + 1][lane] = q.vec()[c];
+  batch.theta[lane] = (R.transpose() * F).trace() - 3;
+  return F.determinant() > 0;
 }
 
 CorotationalElement::CorotationalElement(const RestTetrahedron& rest, const Moduli& moduli,
@@ -72,9 +101,9 @@ Blocks CorotationalElement::stiffness(Tangent tangent, double patch_pressure) co
   }
 
   const double c = lambda * dilatation() + patch_pressure - 2 * mu;
-  Eigen::Matrix3d turning = -S_;
-  turning.diagonal().array() += S_.trace();
-  const Eigen::Matrix3d B = (V * c) * (R_ * turning.inverse() * R_.transpose());
+  Eigen::Matrix3d rotation_hessian = -S_;
+  rotation_hessian.diagonal().array() += S_.trace();
+  const Eigen::Matrix3d B = (V * c) * (R_ * rotation_hessian.inverse() * R_.transpose());
   std::array<Eigen::Matrix3d, 4> cross, B_cross;
   for (int a = 0; a < 4; ++a) {
     cross[a] = cross_matrix(h.col(a));

@@ -2,53 +2,45 @@
 
 namespace tendril::fem {
 
-inline constexpr int kLanes = 8;
+inline constexpr int kBatchSize = 8;
 
-/// Eight tetrahedra of one law side by side, the last index being the tetrahedron's lane. In a batch that is
-/// not full the other lanes repeat a tetrahedron with volume 0, so that they add nothing.
+/// Eight tetrahedra of one law; the last index, the lane, is the tetrahedron's. In a batch that is not full
+/// the other lanes repeat one of its tetrahedra with volume 0, so that they add nothing.
 struct alignas(64) ElementBatch {
-  double g[3][3][kLanes];   ///< ∇N of corners 1 to 3, by corner and component, 1/m
-  double volume[kLanes];    ///< m³
-  double mu[kLanes];        ///< Pa
-  double lambda[kLanes];    ///< Pa; 0 where a patch resists the change of volume
-  double pressure[kLanes];  ///< of that patch, Pa
-  double theta[kLanes];     ///< dilatation, as measured last
-  double q[4][kLanes];  ///< rotation as a quaternion, scalar part first: where the next search for it starts
-  int node[4][kLanes];  ///< corners, ascending
-  int place[10][kLanes];  ///< where blocks 00, 10, 11, 20, 21, 22, 30, 31, 32, 33 begin in the stiffness
+  double g[3][3][kBatchSize];        ///< ∇N of corners 1 to 3, by corner and component, 1/m
+  double volume[kBatchSize];         ///< at rest, m³
+  double mu[kBatchSize];             ///< Pa
+  double lambda[kBatchSize];         ///< Pa; 0 in a patch
+  double pressure[kBatchSize];       ///< of the patch, Pa; 0 without one
+  double theta[kBatchSize];          ///< dilatation at the last pose, unitless
+  double q[4][kBatchSize];           ///< last rotation as a quaternion, scalar part first
+  int node[4][kBatchSize];           ///< corners, ascending
+  int block_offset[10][kBatchSize];  ///< of blocks 00, 10, 11, 20, 21, 22, 30, 31, 32, 33 in the stiffness
 };
 
-/// What a batch of a patch's tetrahedra resists with: V ∂θ/∂x by corner and component, m².
-struct alignas(64) VolumeGrowth {
-  double by_corner[4][3][kLanes];
+/// Gradients of the volumes of a batch by their corners: V ∂θ/∂x by corner and component, m².
+struct alignas(64) VolumeGradient {
+  double by_corner[4][3][kBatchSize];
 };
 
-/// The passes over a batch. Positions and forces have four numbers a node, the last one unused.
-/// All of them are bounded and allocate nothing; `rotate` caps its iterations.
+/// The passes of one law over a batch, for one instruction set. A pass that is null is done element by
+/// element.
+///
+/// positions (m), forces (N): four numbers a node, the last one unused. blocks: the numbers of a
+/// StiffnessMatrix (N/m). Real-time: no (called for each batch of a mesh). A pass allocates nothing and each
+/// of its loops has a fixed cap.
 struct ElementKernels {
-  /// Polar rotation and dilatation of corotational elements, by Newton's method from the last rotation: the
-  /// nearest rotation maximises tr(RᵀF), and for R exp([ω]×) the gradient is the axial vector of RᵀF − FᵀR,
-  /// the Hessian −(tr(S) I − S) with S the symmetric part of RᵀF.
-  /// @return  bits of the lanes to be done otherwise: inverted, not converged, or at a stationary point that
-  /// is no
-  ///          maximum, as tr(S) I − S, not positive definite there, tells
-  unsigned (*rotate)(ElementBatch& batch, const double* positions);
-  /// Dilatation of Neo-Hookean elements. @return  bits of the lanes that are inverted
-  unsigned (*dilate)(ElementBatch& batch, const double* positions);
+  /// Sets theta, and q if the law needs a rotation.
+  /// @return  bit k is 1: lane k failed (inverted, or the search for its rotation found no maximum)
+  unsigned (*update)(ElementBatch& batch, const double* positions) = nullptr;
 
-  /// Adds the forces and the stiffness of CorotationalElement, with the rotations that `rotate` left.
-  /// @param growth  filled where given
-  void (*add_corotational)(const ElementBatch& batch, bool exact, const double* positions, double* forces,
-                           double* blocks, VolumeGrowth* growth);
-  /// Adds the forces and the exact stiffness of NeoHookeanElement.
-  void (*add_neo_hookean)(const ElementBatch& batch, const double* positions, double* forces, double* blocks,
-                          VolumeGrowth* growth);
+  /// Adds forces and stiffness, after update().
+  /// @param exact            the tangent; false only where `semidefinite`
+  /// @param volume_gradient  overwritten unless it is null
+  void (*add)(const ElementBatch& batch, bool exact, const double* positions, double* forces, double* blocks,
+              VolumeGradient* volume_gradient) = nullptr;
+
+  bool semidefinite = false;  ///< add() has the semidefinite tangent too
 };
-
-extern const ElementKernels kElementKernelsV3;
-extern const ElementKernels kElementKernelsV4;  ///< x86 only
-
-/// The fastest that this machine runs.
-const ElementKernels& element_kernels();
 
 }  // namespace tendril::fem

@@ -5,6 +5,20 @@
 
 namespace tendril::fem {
 
+namespace v3 {
+extern const ElementKernels kNeoHookeanKernels;
+}
+namespace v4 {
+extern const ElementKernels kNeoHookeanKernels;
+}
+
+ElementKernels NeoHookeanElement::kernels(InstructionSet set) {
+  if (set == InstructionSet::kScalar) return {};
+  if constexpr (kHasV4)
+    if (set == InstructionSet::kV4) return v4::kNeoHookeanKernels;
+  return v3::kNeoHookeanKernels;
+}
+
 NeoHookeanElement::NeoHookeanElement(const RestTetrahedron& rest, const Moduli& moduli,
                                      const Corners& corners)
     : rest_(rest),

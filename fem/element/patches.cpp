@@ -11,10 +11,10 @@ namespace {
 // Patches of 2³ tetrahedra leave a mesh with three to five unknowns for each condition on volume; de Souza
 // Neto et al. (2005) use eight as well.
 constexpr size_t kPatchSize = 8;
-// A remainder below this size would lock by itself and joins a neighbour.
-constexpr size_t kSmallest = 4;
+// A smaller patch would lock, so it is merged into its neighbours.
+constexpr size_t kMinPatchSize = 4;
 
-/// Tetrahedra of the same group that share a face with each.
+/// For each tetrahedron those of the same group that share a face with it.
 std::vector<std::vector<int>> neighbours(const Mesh& mesh, const std::vector<int>& group) {
   std::map<std::array<int, 3>, int> open_faces;
   std::vector<std::vector<int>> result(mesh.tets.size());
@@ -31,15 +31,15 @@ std::vector<std::vector<int>> neighbours(const Mesh& mesh, const std::vector<int
   return result;
 }
 
-/// The growth of patches over a mesh.
-class Division {
+/// Divides a mesh greedily: each patch grows from a seed.
+class PatchBuilder {
  public:
-  Division(const Mesh& mesh, const std::vector<int>& group)
+  PatchBuilder(const Mesh& mesh, const std::vector<int>& group)
       : mesh_(mesh), neighbours_(neighbours(mesh, group)), patch_(mesh.tets.size(), kNoPatch) {
     for (int t = 0; t < mesh.tet_count(); ++t)
       if (group[t] != kNoPatch && patch_[t] == kNoPatch) grow(t);
     for (size_t p = 0; p < members_.size(); ++p)
-      if (members_[p].size() < kSmallest) join_a_neighbour(static_cast<int>(p));
+      if (members_[p].size() < kMinPatchSize) merge_into_neighbours(static_cast<int>(p));
   }
 
   const std::vector<std::vector<int>>& members() const { return members_; }
@@ -50,7 +50,8 @@ class Division {
     members_[patch].push_back(tet);
   }
 
-  /// From one tetrahedron, always by the neighbour that brings fewest new nodes, and of those the nearest.
+  /// Grows a patch from one tetrahedron, each time by the neighbour with the fewest new nodes, and of those
+  /// the nearest.
   void grow(int seed) {
     const int patch = static_cast<int>(members_.size());
     members_.emplace_back();
@@ -65,24 +66,25 @@ class Division {
   }
 
   int best_neighbour(int patch, const std::set<int>& nodes) const {
-    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-    for (int node : nodes) middle += mesh_.nodes.col(node) / static_cast<double>(nodes.size());
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (int node : nodes) centre += mesh_.nodes.col(node) / static_cast<double>(nodes.size());
     int best = kNoPatch;
     std::pair<long, double> best_cost;
     for (int member : members_[patch])
       for (int t : neighbours_[member]) {
         if (patch_[t] != kNoPatch) continue;
         const auto& tet = mesh_.tets[t];
-        const long news = std::count_if(tet.begin(), tet.end(), [&](int n) { return !nodes.contains(n); });
-        const double distance = (mesh_.nodes(Eigen::all, tet).rowwise().mean() - middle).norm();
-        const std::pair cost(news, distance);
+        const long new_nodes =
+            std::count_if(tet.begin(), tet.end(), [&](int n) { return !nodes.contains(n); });
+        const double distance = (mesh_.nodes(Eigen::all, tet).rowwise().mean() - centre).norm();
+        const std::pair cost(new_nodes, distance);
         if (best == kNoPatch || cost < best_cost) best = t, best_cost = cost;
       }
     return best;
   }
 
   /// Gives each tetrahedron of a patch to the smallest patch around; one that has no neighbour stays.
-  void join_a_neighbour(int patch) {
+  void merge_into_neighbours(int patch) {
     std::vector<int> pending;
     pending.swap(members_[patch]);
     for (bool moved = true; moved && !pending.empty();) {
@@ -111,9 +113,9 @@ class Division {
 }  // namespace
 
 std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<int>& group) {
-  const Division division(mesh, group);
+  const PatchBuilder builder(mesh, group);
   std::vector<Patch> patches;
-  for (const auto& tets : division.members()) {
+  for (const auto& tets : builder.members()) {
     if (tets.empty()) continue;
     Patch patch{tets, {}, 0};
     std::set<int> nodes;

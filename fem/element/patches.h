@@ -6,26 +6,28 @@
 
 namespace tendril::fem {
 
+/// Of a tetrahedron that is in no patch.
 inline constexpr int kNoPatch = -1;
 
-/// Tetrahedra that resist the change of volume together.
+/// Tetrahedra that resist the change of volume together, against locking.
 ///
-/// A linear tetrahedron of a nearly incompressible material has one pressure to itself, and a mesh has more
-/// tetrahedra than unknowns to satisfy them all: it locks, bending far too little. In a patch only the mean
-/// dilatation θ̄ = Σ V_e θ_e / Σ V_e costs energy, λ/2 θ̄² Σ V_e, which leaves one condition a patch [the
-/// patch-wise F-bar of de Souza Neto et al., "F-bar-based linear triangles and tetrahedra", 2005; nodal
-/// averages in Bonet & Burton 1998]. The shear energy stays each tetrahedron's own, and with it stability:
-/// what is averaged is only what an element has beyond a material of ν = 0. Forces p̄ V_e ∂θ_e/∂x, p̄ = λ θ̄,
-/// derive from this energy, and the stiffness gains (λ/ΣV_e) b bᵀ, b = Σ V_e ∂θ_e/∂x, which couples all nodes
-/// of the patch.
+/// A linear tetrahedron of a nearly incompressible material has one pressure of its own. A mesh has more
+/// tetrahedra than unknowns, so it locks: it bends far too little. In a patch only the mean dilatation θ̄ = Σ
+/// V_e θ_e / V_p costs energy, λ/2 θ̄² V_p with V_p = Σ V_e: one condition for each patch [patch-wise F-bar:
+/// de Souza Neto et al., "F-bar-based linear triangles and tetrahedra", 2005; nodal averages: Bonet & Burton
+/// 1998]. The shear energy stays with each tetrahedron and keeps it stable: only the part of the energy
+/// beyond a material of ν = 0 is averaged.
+///
+/// The forces are −p̄ V_e ∂θ_e/∂x, p̄ = λ θ̄. The stiffness gains (λ/V_p) b bᵀ, b = Σ V_e ∂θ_e/∂x, which
+/// couples all nodes of the patch.
 struct Patch {
-  std::vector<int> tets;
+  std::vector<int> tets;   ///< indices into the mesh
   std::vector<int> nodes;  ///< ascending
   double volume;           ///< at rest, m³
 };
 
-/// Divides tetrahedra into patches of about eight that are connected by faces, as compact as they come.
-/// @param group  of every tetrahedron: patches hold tetrahedra of one group; kNoPatch for none
+/// Divides tetrahedra into compact patches of about eight that are connected by faces.
+/// @param group  of each tetrahedron; a patch has tetrahedra of one group; kNoPatch: of no patch
 /// Real-time: no.
 std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<int>& group);
 

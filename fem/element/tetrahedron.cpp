@@ -3,6 +3,8 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "fem/element/element_kernels.h"
+
 namespace tendril::fem {
 
 Eigen::Matrix3d cofactors(const Eigen::Matrix3d& A) {
@@ -25,6 +27,14 @@ RestTetrahedron rest_tetrahedron(const Corners& corners) {
   RestTetrahedron rest;
   rest.volume = std::abs(det) / 6;
   rest.g.rightCols<3>() = cofactors(D) / det;  // D⁻ᵀ
+  rest.g.col(0) = -rest.g.rightCols<3>().rowwise().sum();
+  return rest;
+}
+
+RestTetrahedron rest_tetrahedron(const ElementBatch& batch, int lane) {
+  RestTetrahedron rest{batch.volume[lane], {}};
+  for (int b = 0; b < 3; ++b)
+    for (int c = 0; c < 3; ++c) rest.g(c, b + 1) = batch.g[b][c][lane];
   rest.g.col(0) = -rest.g.rightCols<3>().rowwise().sum();
   return rest;
 }

@@ -8,7 +8,7 @@
 #include <set>
 #include <tuple>
 
-#include "fem/mesh/place.h"
+#include "fem/mesh/format_point.h"
 
 namespace tendril::fem {
 namespace {
@@ -42,7 +42,7 @@ class Culprits {
 
 std::string tet_at(const Mesh& mesh, int tet) {
   return fmt::format("tetrahedron {} at {}", tet,
-                     place(mesh.nodes(Eigen::all, mesh.tets[tet]).rowwise().mean()));
+                     format_point_mm(mesh.nodes(Eigen::all, mesh.tets[tet]).rowwise().mean()));
 }
 
 /// Refuses coordinates that are not finite and node indices out of range.
@@ -134,7 +134,7 @@ void check_neighbours(const Mesh& mesh) {
     const auto& nodes = faces[first].nodes;
     if (end - first > 2)
       crowded.add(fmt::format("the one of nodes {}, {}, {} at {}", nodes[0], nodes[1], nodes[2],
-                              place(mesh.nodes(Eigen::all, nodes).rowwise().mean())));
+                              format_point_mm(mesh.nodes(Eigen::all, nodes).rowwise().mean())));
     else if (end - first == 2 && faces[first].counter_clockwise == faces[first + 1].counter_clockwise)
       overlapping.add(fmt::format("{} and {}", faces[first].tet, tet_at(mesh, faces[first + 1].tet)));
   }
@@ -158,7 +158,7 @@ void check_apart(const Mesh& mesh) {
     for (size_t l = k + 1; l < order.size() && along[order[l]] - along[order[k]] <= least; ++l)
       if ((mesh.nodes.col(order[l]) - mesh.nodes.col(order[k])).norm() <= least) {
         const auto [i, j] = std::minmax(order[k], order[l]);
-        pairs.add(fmt::format("{} and {} at {}", i, j, place(mesh.nodes.col(i))));
+        pairs.add(fmt::format("{} and {} at {}", i, j, format_point_mm(mesh.nodes.col(i))));
       }
   pairs.refuse_if_any("pairs of nodes coincide", "merge them (in Gmsh: Coherence Mesh)");
 }
@@ -193,7 +193,7 @@ void check(const Mesh& mesh) {
   Culprits unreferenced;
   const std::vector<char> used = used_nodes(mesh);
   for (int i = 0; i < mesh.node_count(); ++i)
-    if (!used[i]) unreferenced.add(fmt::format("node {} at {}", i, place(mesh.nodes.col(i))));
+    if (!used[i]) unreferenced.add(fmt::format("node {} at {}", i, format_point_mm(mesh.nodes.col(i))));
   unreferenced.refuse_if_any("nodes belong to no tetrahedron", "remove them from the mesh file");
   check_apart(mesh);
 }

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "fem/mesh/place.h"
+#include "fem/mesh/format_point.h"
 
 namespace tendril::fem {
 namespace {
@@ -82,7 +82,7 @@ std::string summary(const Quality& quality) {
   return line + fmt::format(
                     "; {} slivers (mean ratio below {}), the worst is tetrahedron {} at {}: "
                     "mesh the body again with a quality bound",
-                    quality.slivers, kSliver, tet, place(centre));
+                    quality.slivers, kSliver, tet, format_point_mm(centre));
 }
 
 }  // namespace tendril::fem

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "fem/mesh/connected_parts.h"
-#include "fem/mesh/place.h"
+#include "fem/mesh/format_point.h"
 
 namespace tendril::fem {
 namespace {
@@ -62,7 +62,7 @@ void check_closed(const Mesh& mesh, const std::vector<Face>& surface) {
   const auto [i, j] = open->first;
   throw MeshError(fmt::format("the surface is open at {} of its edges, one of them near {}",
                               std::count_if(passes.begin(), passes.end(), is_open),
-                              place(0.5 * (mesh.nodes.col(i) + mesh.nodes.col(j)))));
+                              format_point_mm(0.5 * (mesh.nodes.col(i) + mesh.nodes.col(j)))));
 }
 
 std::vector<Face> closed_surface(const Mesh& mesh, const std::vector<int>& nodes) {
@@ -77,7 +77,7 @@ std::vector<Face> closed_surface(const Mesh& mesh, const std::vector<int>& nodes
   for (const auto& [node, volume] : volumes_under_pieces(mesh, surface))
     if (volume >= 0)
       throw MeshError(fmt::format("the surface through {} is the outside of the body, not a cavity's wall",
-                                  place(mesh.nodes.col(node))));
+                                  format_point_mm(mesh.nodes.col(node))));
   return surface;
 }
 

@@ -2,13 +2,14 @@
 
 namespace tendril::fem {
 
-bool runs_x86_64_v4() {
+InstructionSet best_instruction_set() {
 #ifdef __x86_64__
-  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-         __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-         __builtin_cpu_supports("avx512vl");
+  const bool v4 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                  __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+                  __builtin_cpu_supports("avx512vl");
+  return v4 ? InstructionSet::kV4 : InstructionSet::kV3;
 #else
-  return false;
+  return InstructionSet::kV3;
 #endif
 }
 

@@ -8,7 +8,7 @@ namespace {
 
 using Lists = std::vector<std::vector<int>>;
 
-/// What a front costs, in nanoseconds on a processor of 2022; only their ratios matter.
+/// Cost of a front, in nanoseconds on a processor of 2022; only ratios matter.
 double cost(double pivots, double rows) {
   constexpr double kFront = 250, kBlock = 100, kOperation = 0.02, kUpdate = 0.25;
   const double all = pivots + rows;
@@ -52,13 +52,13 @@ std::vector<int> elimination_tree(const Lists& later) {
   return parent;
 }
 
-/// Children before parents, each subtree in one piece.
+/// Postorder: children before parents, each subtree contiguous.
 std::vector<int> postorder(const std::vector<int>& parent) {
   const int n = static_cast<int>(parent.size());
   Lists children(n);
   std::vector<int> stack, order;
   for (int j = n - 1; j >= 0; --j) (parent[j] < 0 ? stack : children[parent[j]]).push_back(j);
-  while (!stack.empty()) {  // parents first, to be turned round
+  while (!stack.empty()) {  // parents first, reversed at the end
     const int j = stack.back();
     stack.pop_back();
     order.push_back(j);
@@ -68,7 +68,7 @@ std::vector<int> postorder(const std::vector<int>& parent) {
   return order;
 }
 
-/// Sorted union of a list and what of others lies beyond `beyond`.
+/// list ← sorted union of it and the entries of `other` that are greater than `beyond`.
 void unite(std::vector<int>& list, const std::vector<int>& other, int beyond) {
   std::vector<int> both;
   both.reserve(list.size() + other.size());
@@ -77,7 +77,7 @@ void unite(std::vector<int>& list, const std::vector<int>& other, int beyond) {
   list.swap(both);
 }
 
-/// The supernodes of the factor without any merging, with positions in the place of nodes.
+/// The fundamental supernodes of the factor, before any are merged; positions instead of nodes.
 std::vector<Supernode> fundamental_supernodes(Lists later) {
   const int n = static_cast<int>(later.size());
   const std::vector<int> parent = elimination_tree(later);
@@ -106,7 +106,7 @@ void add_border(std::vector<Supernode>& tree, const Lists& border, const std::ve
     for (int p : tree[s].pivots) supernode_of[p] = static_cast<int>(s);
   for (size_t row = 0; row < border.size(); ++row)
     for (int node : border[row])
-      // A row that is nonzero at a node becomes so at all that is eliminated above it.
+      // A row that is nonzero at a node fills in at all ancestors.
       for (int s = supernode_of[position[node]]; s >= 0; s = tree[s].parent) {
         auto& rows = tree[s].border;
         if (!rows.empty() && rows.back() == static_cast<int>(row)) break;
@@ -152,7 +152,7 @@ std::vector<Supernode> merge(std::vector<Supernode> tree) {
     if (parent.parent >= 0) children[parent.parent].push_back(p);
   }
 
-  // What is left, children before parents still.
+  // The remaining supernodes, still children before parents.
   std::vector<int> index(n, -1);
   std::vector<Supernode> result;
   for (int s = 0; s < n; ++s)
@@ -176,7 +176,7 @@ std::vector<Supernode> assembly_tree(const StiffnessMatrix& K, const std::vector
   add_border(tree, border, position);
   tree = merge(std::move(tree));
 
-  // From positions to nodes; merging has moved pivots, so that rows are sorted anew.
+  // From positions to nodes. Merging has moved pivots, so the rows are sorted again.
   std::vector<int> final_position(post.size());
   int next = 0;
   for (const auto& s : tree)

@@ -14,15 +14,14 @@ struct Supernode {
   int parent = -1;          ///< index of the supernode that holds rows[0]; −1: there is none
 };
 
-/// How a bordered matrix [K Bᵀ; B 0] is eliminated, K's nodes only: supernodes, children before parents, each
-/// parent taking in the updates of its children [Liu, "The multifrontal method for sparse matrix solution:
-/// theory and practice", 1992].
+/// The assembly tree for the elimination of K from the bordered matrix [K Bᵀ; B 0]: supernodes, children
+/// before parents. Each parent adds the updates of its children [Liu, "The multifrontal method for sparse
+/// matrix solution: theory and practice", 1992].
 ///
-/// Supernodes that are small for what it costs to begin one are merged with their parents, at the price of
-/// some zeros that are computed with.
-/// @param order   the N nodes in their order of elimination, e.g. elimination_order(); the tree may change it
-/// to
-///                another with the same result
+/// Small supernodes are merged with their parents if that is cheaper, although some zeros are then computed
+/// with.
+/// @param order   the N nodes in their order of elimination, e.g. elimination_order(); the tree may use
+///                another order with the same fill-in
 /// @param border  for each row of B the nodes at which it may be nonzero
 /// Real-time: no (allocates).
 std::vector<Supernode> assembly_tree(const StiffnessMatrix& K, const std::vector<int>& order,

@@ -8,7 +8,7 @@
 namespace tendril::fem {
 namespace {
 
-/// The pattern of blocks of K as CHOLMOD reads it, without numbers; CHOLMOD only reads through it.
+/// The pattern of blocks of K for CHOLMOD, without numbers. CHOLMOD does not write to it.
 cholmod_sparse graph_of(const StiffnessMatrix& K) {
   cholmod_sparse A{};
   A.nrow = A.ncol = static_cast<size_t>(K.nodes());

@@ -10,75 +10,80 @@
 
 namespace tendril::fem {
 
-/// Memory on 64-byte boundaries, so that strips are whole cache lines.
+/// Frees memory on 64-byte boundaries: panels are whole cache lines.
 struct AlignedDelete {
   void operator()(void* p) const noexcept;
 };
 template <typename Number>
 using AlignedArray = std::unique_ptr<Number[], AlignedDelete>;
 
-/// What a factor keeps of L after a factorisation: all of it, or its numbers in single precision, which
-/// take half the memory and half the time to read.
-enum class Kept { kDouble, kSingle };
+/// Precision in which a factor is stored. Single precision halves the memory and the time to read it.
+enum class StoragePrecision { kDouble, kSingle };
 
-/// Cholesky factorisation K = L Lᵀ of a stiffness matrix that carries a border B of few rows along:
-/// eliminating K from [K Bᵀ; B 0] leaves −B K⁻¹ Bᵀ, so the compliance seen at the border falls out of the
-/// factorisation, and Y = L⁻¹Bᵀ stands in the same columns as L, ready for K⁻¹Bᵀc by one substitution.
+/// Cholesky factorisation K = L Lᵀ of a stiffness matrix together with a border B of c rows.
 ///
-/// Multifrontal, with fronts of 3 × 3 blocks: order, tree and all places are worked out once, at
-/// construction; the numbers are factored in place as often as they change. All is computed in double
-/// precision, whatever is kept.
+/// Eliminating K from [K Bᵀ; B 0] leaves the Schur complement −B K⁻¹ Bᵀ. So the factorisation also gives the
+/// compliance at the border, and Y = L⁻¹Bᵀ, from which one substitution gives K⁻¹Bᵀc.
+///
+/// The method is multifrontal, with 3 × 3 blocks. The constructor computes the order, the tree and the layout
+/// once; factorize() then runs as often as the numbers change. All is computed in double precision, whatever
+/// is stored.
 class Factor {
  public:
   /// @param border  for each row of B the nodes at which it may be nonzero
   /// @throws  std::runtime_error or std::bad_alloc if memory runs out
   /// Real-time: no (allocates).
   explicit Factor(const StiffnessMatrix& K, const std::vector<std::vector<int>>& border = {},
-                  Kept kept = Kept::kDouble, const FrontKernels& kernels = front_kernels());
+                  StoragePrecision storage = StoragePrecision::kDouble,
+                  const FrontKernels& kernels = front_kernels());
 
-  /// Factors the present numbers of K, whose pattern must be the one given at construction.
-  /// @param B_T  3N × c, column-major: Bᵀ; what is not finite in it shows in border_compliance() and solve()
-  /// @return     false if K is not positive definite or not finite (the factor is then unusable)
+  /// Factors K, whose pattern must be the one given at construction.
+  /// @param K    N/m
+  /// @param B_T  Bᵀ, 3N × c; it may hold numbers that are not finite: border_compliance() and solve() then do
+  ///             too
+  /// @return     false if K is not positive definite or not finite; the factor is then of no use
   /// Real-time: no (time depends on the mesh; allocates nothing).
   [[nodiscard]] bool factorize(const StiffnessMatrix& K, const Eigen::MatrixXd& B_T);
 
   /// B K⁻¹ Bᵀ, c × c, symmetric to the last bit.
   const Eigen::MatrixXd& border_compliance() const { return border_compliance_; }
 
-  /// x = K⁻¹ Bᵀ c. Asks for Kept::kDouble.
-  /// @param c  as many numbers as B has rows
-  /// @param x  result, of size 3N
+  /// x = K⁻¹ Bᵀ c. Requires StoragePrecision::kDouble.
+  /// @param c  one number for each row of B
+  /// @param x  overwritten; must have the size 3N
   /// Real-time: no (time depends on the mesh; allocates nothing).
   void solve(const Eigen::VectorXd& c, Eigen::VectorXd& x);
 
-  /// V ← (L Lᵀ)⁻¹ V, to single precision: K⁻¹V of the matrix factored last, and a preconditioner for those
-  /// like it. Asks for Kept::kSingle.
+  /// V ← (L Lᵀ)⁻¹ V in single precision. Requires StoragePrecision::kSingle.
+  /// @param V  8 × 3N
   /// Real-time: no (time depends on the mesh; allocates nothing).
   void precondition(EightVectors& V);
 
-  /// X = K⁻¹ Bᵀ of eight columns of Bᵀ, to single precision. Asks for Kept::kSingle.
-  /// @param first  column of Bᵀ; where there are fewer than eight from it on, the other vectors are zero
-  /// @param X      result, of size 3N
+  /// X = K⁻¹ Bᵀ for eight columns of Bᵀ, in single precision. Requires StoragePrecision::kSingle.
+  /// @param first  column of Bᵀ; where fewer than eight remain, the other vectors are zero
+  /// @param X      overwritten, 8 × 3N
   /// Real-time: no (time depends on the mesh; allocates nothing).
   void border_solutions(int first, EightVectors& X);
 
-  size_t nonzeros() const;  ///< numbers in the columns of L, merged zeros included, the border's not
-  double operations()
-      const;  ///< of one factorisation, Σ (length of column)², those of the border not included
+  /// Numbers of L, with the zeros that merged supernodes add, without the border.
+  size_t nonzeros() const;
+  /// Σ (length of column)² of L, without the border: the multiply-adds of a factorisation.
+  double operations() const;
   int fronts() const { return static_cast<int>(fronts_.size()); }
 
  private:
-  /// A block of K and its place in a front's columns.
+  /// A block of K and where it goes.
   struct Entry {
-    int slot;
-    bool transposed;
-    std::ptrdiff_t at;
+    int slot;           // in K
+    bool transposed;    // K holds the other triangle's
+    std::ptrdiff_t at;  // in F of the front
   };
-  struct Place {
+  /// Where a front has its parts.
+  struct FrontLayout {
     int k, n, ld, ldu;  // as in Front
     int parent;
     std::vector<int> children;
-    size_t L, U;                    // where they start, in numbers
+    size_t L, U;                    // offsets in L_ or L1_, and in U_
     std::vector<int> pivots, rows;  // nodes
     std::vector<int> border;        // rows of B
     std::vector<Entry> entries;     // blocks of K
@@ -86,22 +91,22 @@ class Factor {
   };
 
   void lay_out(int unknowns);
-  void find_entries(const StiffnessMatrix& K);
+  void map_entries(const StiffnessMatrix& K);
   void map_rows();
-  void place_updates();
-  Front front(const Place& place) const;
-  void assemble(const Place& place, const StiffnessMatrix& K, const Eigen::MatrixXd& B_T,
+  void lay_out_updates();
+  Front front(const FrontLayout& layout) const;
+  void assemble(const FrontLayout& layout, const StiffnessMatrix& K, const Eigen::MatrixXd& B_T,
                 const Front& front) const;
-  void add_to_border_compliance(const Place& root);
-  void keep_single(const Place& place, const double* L);
-  void forward_eight();
-  void backward_eight(int first);
+  void add_to_border_compliance(const FrontLayout& root);
+  void store_single(const FrontLayout& layout, const double* L);
+  void forward_substitute_eight();
+  void backward_substitute_eight(int first);
 
-  const Kept kept_;
+  const StoragePrecision storage_;
   const FrontKernels& kernels_;
-  std::vector<Place> fronts_;
-  AlignedArray<double> L_, U_, F_, z_;    // L_: of one front after the other where single precision is kept
-  AlignedArray<float> L1_, x1_, front1_;  // in single precision: x1_ and front1_ in rows of eight
+  std::vector<FrontLayout> fronts_;
+  AlignedArray<double> L_, U_, F_, z_;    // with kSingle, L_ is that of the present front
+  AlignedArray<float> L1_, x1_, front1_;  // with kSingle; x1_ and front1_ in rows of eight
   Eigen::MatrixXd border_compliance_;
 };
 

@@ -5,20 +5,20 @@
 
 namespace tendril::fem {
 
-/// Eight vectors of size 3N, the eight numbers of an unknown side by side: what meets all of them is read
-/// once.
+/// Eight vectors of size 3N, as 8 × 3N: the eight numbers of an unknown are contiguous, so that a matrix is
+/// read once for all of them.
 using EightVectors = Eigen::Matrix<double, 8, Eigen::Dynamic>;
 
-/// A symmetric sparse matrix of 3 × 3 blocks, one row of blocks a node, whose pattern is fixed at
+/// A symmetric sparse matrix of 3 × 3 blocks, one row of blocks for each node. Its pattern is fixed at
 /// construction.
 ///
-/// The lower triangle is stored in compressed columns of blocks: block (i, j), i ≥ j, is nine numbers in a
-/// row, column by column. Blocks on the diagonal are stored whole.
+/// The lower triangle is stored in compressed columns of blocks. Block (i, j), i ≥ j, is nine contiguous
+/// numbers, column by column. Blocks on the diagonal are stored in full.
 class StiffnessMatrix {
  public:
   /// @param nodes    number of nodes N; the matrix is 3N × 3N
-  /// @param cliques  sets of nodes all coupled with one another (elements, cable segments); indices ≥ N are
-  ///                 fixed nodes and are left out
+  /// @param cliques  sets of nodes that are all coupled with one another (elements, cable segments); indices
+  ///                 ≥ N are fixed nodes and are left out
   StiffnessMatrix(int nodes, const std::vector<std::vector<int>>& cliques);
 
   int nodes() const { return nodes_; }                                      ///< N
@@ -26,10 +26,10 @@ class StiffnessMatrix {
   const std::vector<int>& column_starts() const { return column_starts_; }  ///< N + 1: first slot of a column
   const std::vector<int>& rows() const { return rows_; }  ///< node of each slot's row; the diagonal first
 
-  /// Number of the block (i, j), i ≥ j, both below N.
+  /// Slot of the block (i, j), i ≥ j, both below N.
   /// @throws std::out_of_range if the pair is not in the pattern
   int slot(int i, int j) const;
-  /// Number of a block that is no part of the matrix: where contributions of fixed nodes go.
+  /// Slot of a block that is no part of the matrix: contributions of fixed nodes go there.
   int discard_slot() const { return static_cast<int>(rows_.size()); }
 
   /// The nine numbers of a block, column by column.

@@ -120,7 +120,7 @@ void report_comparison(Report& report, const Comparison& found, fem::Law law, co
   report.note(found.what + ": largest difference of a node", found.apart_mm.back(), "mm");
   report.note(found.what + ": median difference, of the largest displacement", 100 * median / size, "%");
   report.at_most(found.what + ": largest difference, of the largest displacement", found.share.back(), "%",
-                 law == fem::Law::kCorotational ? limits.corotational : limits.neo_hookean);
+                 law == fem::Law::of<fem::CorotationalElement>() ? limits.corotational : limits.neo_hookean);
   report.note(fmt::format("{}: the same at 1/{} of the load", found.what, 1 << (kLoadSteps - 1)),
               found.share[0], "%");
   report.at_most(found.what + ": the same extrapolated to no load",

@@ -22,8 +22,10 @@ constexpr double kMillimetres = 1e3, kMegapascals = 1e-6;
 /// 2/K.
 std::string material_lines(const fem::Material& material) {
   const double E = kMegapascals * material.young_modulus;
-  if (material.law == fem::Law::kCorotational)
+  if (material.law == fem::Law::of<fem::CorotationalElement>())
     return fmt::format("*ELASTIC\n{},{}\n", E, material.poisson_ratio);
+  if (material.law != fem::Law::of<fem::NeoHookeanElement>())
+    throw std::invalid_argument(fmt::format("CalculiX has no law like {}", name(material.law)));
   const double mu = kMegapascals * material.lame_mu();
   const double bulk = kMegapascals * material.lame_lambda() + 2 * mu / 3;
   return fmt::format("*HYPERELASTIC,NEO HOOKE\n{},{}\n", mu / 2, 2 / bulk);

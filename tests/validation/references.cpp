@@ -77,7 +77,8 @@ Found rest_at(const Eigen::Vector4d& shortening_mm) {
   const fem::Constraints constraints(model, cables, {fem::PointEffector{{at_node(198)}}});
   fem::Equilibrium body(model, constraints);
   const Eigen::VectorXd delta_a = 1e-3 * shortening_mm.head(constraints.actuators());
-  const fem::Settled settled = body.settle_at_displacements(delta_a, fem::Sign::kBilateral, 1e-10);
+  const fem::EquilibriumResult settled =
+      body.settle_at_displacements(delta_a, fem::EffortSign::kBilateral, 1e-10);
   if (!settled.converged) throw std::runtime_error("the paper's robot did not come to rest");
   return {1e3 * constraints.effector_position(body.x()), settled.lambda};
 }

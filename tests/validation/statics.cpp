@@ -13,8 +13,8 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 std::vector<NamedMaterial> laws(double young_modulus, double poisson_ratio) {
-  return {{"corotational", {young_modulus, poisson_ratio, fem::Law::kCorotational}},
-          {"Neo-Hookean", {young_modulus, poisson_ratio, fem::Law::kNeoHookean}}};
+  return {{"corotational", {young_modulus, poisson_ratio, fem::Law::of<fem::CorotationalElement>()}},
+          {"Neo-Hookean", {young_modulus, poisson_ratio, fem::Law::of<fem::NeoHookeanElement>()}}};
 }
 
 fem::Attachment at_node(const fem::Model& model, int node) {
@@ -36,7 +36,7 @@ VectorXd settle(fem::Model& model, const VectorXd& start, const std::vector<Noda
   const double size = (nodes.rowwise().maxCoeff() - nodes.rowwise().minCoeff()).norm();
   for (int step = 1; step <= steps; ++step) {
     for (const auto& load : loads) model.add_load(at_node(model, load.node), load.force / steps);
-    const fem::Settled settled = body.settle_under_efforts(VectorXd(), kTolerance * size);
+    const fem::EquilibriumResult settled = body.settle_under_efforts(VectorXd(), kTolerance * size);
     if (!settled.converged)
       throw std::runtime_error(fmt::format("a body of {} nodes did not come to rest under load step {} of {}",
                                            model.mesh().node_count(), step, steps));

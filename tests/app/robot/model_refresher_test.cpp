@@ -16,7 +16,8 @@ namespace tendril::app::model_refresher_test {
 constexpr double kClose_m = 1e-8;
 
 struct Finger {
-  explicit Finger(fem::Solver solver = fem::Solver::kDirect, fem::Tangent tangent = fem::Tangent::kExact)
+  explicit Finger(fem::LinearSolverKind solver = fem::LinearSolverKind::kDirect,
+                  fem::Tangent tangent = fem::Tangent::kExact)
       : config(load_config(std::string(TENDRIL_SOURCE_DIR) + "/config/finger.yaml")) {
     config.control.model_solver = solver;
     config.control.model_tangent = tangent;
@@ -86,9 +87,9 @@ TEST_CASE("A snapshot's matrices tell what a small change of effort does", "[law
 }
 
 TEST_CASE("Refreshes under constant efforts bring the body to the equilibrium of these efforts", "[law]") {
-  const auto solver = GENERATE(fem::Solver::kDirect, fem::Solver::kReused);
+  const auto solver = GENERATE(fem::LinearSolverKind::kDirect, fem::LinearSolverKind::kReused);
   const auto tangent = GENERATE(fem::Tangent::kExact, fem::Tangent::kSemidefinite);
-  CAPTURE(solver == fem::Solver::kReused, tangent == fem::Tangent::kExact);
+  CAPTURE(solver == fem::LinearSolverKind::kReused, tangent == fem::Tangent::kExact);
   Finger f(solver, tangent);
   REQUIRE(f.model.settle(Eigen::Vector2d::Zero()));
   REQUIRE(f.model.refresh(f.nothing, 0, *f.snapshot));
@@ -142,8 +143,8 @@ TEST_CASE(
 
 TEST_CASE("A refresh that fails keeps the last good pose and says so, and good efforts serve again",
           "[unit]") {
-  const auto solver = GENERATE(fem::Solver::kDirect, fem::Solver::kReused);
-  CAPTURE(solver == fem::Solver::kReused);
+  const auto solver = GENERATE(fem::LinearSolverKind::kDirect, fem::LinearSolverKind::kReused);
+  CAPTURE(solver == fem::LinearSolverKind::kReused);
   Finger f(solver);
   REQUIRE(f.model.settle(Eigen::Vector2d(1e-3, 0.5e-3)));
   REQUIRE(f.model.refresh(f.nothing, 0, *f.snapshot));

@@ -60,24 +60,25 @@ Assembled reference(const Model& model, const Eigen::VectorXd& x, Tangent tangen
   return {sum.inverted, sum.f.head(free), sum.K.topLeftCorner(free, free)};
 }
 
-/// Three materials along the beam, whose tetrahedra fill no whole number of batches.
+/// A piece of each law along the beam, then one of the first law again. No piece fills a whole number of
+/// batches.
 Model mixed_model(Dilatation dilatation) {
   const Mesh mesh = beam(5, 3, 2, 0.01);
+  std::vector<Material> materials;
+  for (const Law law : kLaws)
+    materials.push_back({materials.size() % 2 == 0 ? 150e3 : 90e3, 0.45, law, dilatation});
+  materials.front().dilatation = Dilatation::kElement;
+  materials.push_back({200e3, 0.3, kLaws.front(), dilatation});
+  const int last = static_cast<int>(materials.size()) - 1, piece = mesh.tet_count() / (last + 1) + 1;
   std::vector<int> material_of_tet;
-  for (int t = 0; t < mesh.tet_count(); ++t) material_of_tet.push_back(std::min(t / 61, 2));
-  return {mesh,
-          {{150e3, 0.45, Law::kCorotational, Dilatation::kElement},
-           {90e3, 0.48, Law::kNeoHookean, dilatation},
-           {200e3, 0.3, Law::kCorotational, dilatation}},
-          material_of_tet,
-          Mass{0.1},
-          mesh.regions.at("base"),
-          Eigen::Vector3d::Zero()};
+  for (int t = 0; t < mesh.tet_count(); ++t) material_of_tet.push_back(std::min(t / piece, last));
+  return {mesh, materials, material_of_tet, Mass{0.1}, mesh.regions.at("base"), Eigen::Vector3d::Zero()};
 }
 
-std::vector<const ElementKernels*> kernels_of_this_machine() {
-  std::vector<const ElementKernels*> all{&kElementKernelsV3};
-  if (&element_kernels() != all[0]) all.push_back(&element_kernels());
+/// kScalar: a law without kernels is assembled element by element.
+std::vector<InstructionSet> sets_of_this_machine() {
+  std::vector<InstructionSet> all{InstructionSet::kScalar, InstructionSet::kV3};
+  if (best_instruction_set() != InstructionSet::kV3) all.push_back(best_instruction_set());
   return all;
 }
 
@@ -94,11 +95,12 @@ TEST_CASE("Batches of elements give the forces and stiffness of the elements", "
   const Dilatation dilatation = GENERATE(Dilatation::kElement, Dilatation::kPatch);
   CAPTURE(seed);
   const Model model = mixed_model(dilatation);
-  for (const ElementKernels* kernels : kernels_of_this_machine()) {
+  for (const InstructionSet set : sets_of_this_machine()) {
+    CAPTURE(static_cast<int>(set));
     std::mt19937 random(seed);
     Assembled found;
     StiffnessMatrix K = model.make_stiffness({});
-    Assembler assembler(model, K, *kernels);
+    Assembler assembler(model, K, set);
     // Small moves, then a turn of the whole by more than a right angle, then elements inside out and back.
     Eigen::VectorXd x = model.rest();
     for (const double amplitude : {0.0, 5e-4, 5e-4, 1.0, 5e-4, 8e-3, 5e-4}) {

@@ -16,7 +16,7 @@ TEST_CASE("W_aa is symmetric and positive semidefinite", "[law]") {
   Equilibrium body(beam.model, beam.constraints);
   const Eigen::Vector2d lambda(1.0, 0.2);
   REQUIRE(body.settle_under_efforts(lambda, 1e-10).converged);
-  REQUIRE(body.linearise(lambda) == Pose::kUsable);
+  REQUIRE(body.linearise(lambda) == LinearisationStatus::kUsable);
   const Eigen::MatrixXd& W = body.compliance().W_aa;
   CHECK(W == W.transpose());
   // J K⁻¹ Jᵀ with a dense inverse.
@@ -36,7 +36,7 @@ TEST_CASE("W is what equilibrium found anew under perturbed efforts shows", "[la
   const Eigen::Vector2d lambda(1.2, 0.3);
   Equilibrium body(beam.model, beam.constraints);
   REQUIRE(body.settle_under_efforts(lambda, 1e-12).converged);
-  REQUIRE(body.linearise(lambda) == Pose::kUsable);
+  REQUIRE(body.linearise(lambda) == LinearisationStatus::kUsable);
   const Compliance W = body.compliance();
   const double h = 1e-4;  // N
   for (int a = 0; a < 2; ++a) {
@@ -60,7 +60,7 @@ TEST_CASE("At equilibrium the linear law returns the present position and shorte
   const Eigen::Vector2d lambda(1.2, 0.3);
   Equilibrium body(beam.model, beam.constraints);
   REQUIRE(body.settle_under_efforts(lambda, 1e-12).converged);
-  REQUIRE(body.linearise(lambda) == Pose::kUsable);
+  REQUIRE(body.linearise(lambda) == LinearisationStatus::kUsable);
   const Compliance& c = body.compliance();
   CHECK((c.W_ea * lambda + c.p_e_free - beam.constraints.effector_position(body.x())).norm() < 1e-10);
   CHECK((c.W_aa * lambda + c.delta_a_free - beam.constraints.displacement(body.x())).norm() < 1e-10);
@@ -72,7 +72,7 @@ TEST_CASE("A cavity has one compliance, seen as actuator and as effector", "[law
   Eigen::VectorXd lambda(5);
   lambda << 0.5, -0.2, 0.3, 0.1, 5e3;  // N, Pa of the last
   REQUIRE(body.settle_under_efforts(lambda, 1e-11).converged);
-  REQUIRE(body.linearise(lambda) == Pose::kUsable);
+  REQUIRE(body.linearise(lambda) == LinearisationStatus::kUsable);
   const Compliance& c = body.compliance();
   const auto row = c.W_aa.row(testing::Chamber::kPressure);
   CHECK((c.W_ea.row(2) - row).norm() < 1e-9 * row.norm());

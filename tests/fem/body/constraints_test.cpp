@@ -156,8 +156,8 @@ TEST_CASE("The work of an actuator is the energy that the body stores", "[law]")
   double work = 0;
   for (int k = 0; k <= kIntervals; ++k) {
     const double delta = reach * k / kIntervals;
-    const Settled settled =
-        body.settle_at_displacements(Eigen::VectorXd::Constant(1, delta), Sign::kPullOnly, 1e-11);
+    const EquilibriumResult settled =
+        body.settle_at_displacements(Eigen::VectorXd::Constant(1, delta), EffortSign::kPullOnly, 1e-11);
     REQUIRE(settled.converged);
     CHECK(driven.displacement(body.x())[0] == Approx(delta).margin(1e-12 * reach));
     CHECK((k == 0 ? std::abs(settled.lambda[0]) < 1e-9 : settled.lambda[0] > 0));

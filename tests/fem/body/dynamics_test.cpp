@@ -16,7 +16,7 @@ TEST_CASE("Motion comes to rest at the static equilibrium", "[law]") {
   Dynamics moving(beam.model, beam.constraints, {5, 0.02});
   for (int k = 0; k < 1500; ++k) REQUIRE(moving.step(delta_a, 0.01));
   Equilibrium resting(beam.model, beam.constraints);
-  const Settled settled = resting.settle_at_displacements(delta_a, Sign::kPullOnly, 1e-12);
+  const EquilibriumResult settled = resting.settle_at_displacements(delta_a, EffortSign::kPullOnly, 1e-12);
   REQUIRE(settled.converged);
   CHECK((moving.x() - resting.x()).cwiseAbs().maxCoeff() < 1e-8);
   CHECK((moving.efforts() - settled.lambda).norm() < 1e-5 * settled.lambda.norm());
@@ -29,7 +29,7 @@ TEST_CASE("Actuators of every kind come to rest where statics has them", "[law]"
   Dynamics moving(chamber.model, chamber.constraints, {5, 0.02});
   for (int k = 0; k < 300; ++k) REQUIRE(moving.step(delta_a * std::min(1.0, k / 10.0), 0.01));
   Equilibrium resting(chamber.model, chamber.constraints);
-  const Settled settled = resting.settle_at_displacements(delta_a, Sign::kPullOnly, 1e-12);
+  const EquilibriumResult settled = resting.settle_at_displacements(delta_a, EffortSign::kPullOnly, 1e-12);
   REQUIRE(settled.converged);
   CHECK((moving.x() - resting.x()).cwiseAbs().maxCoeff() < 1e-8);
   CHECK((moving.efforts() - settled.lambda).cwiseQuotient(settled.lambda).norm() < 1e-4);
@@ -39,7 +39,7 @@ TEST_CASE("A body at equilibrium stays there", "[law]") {
   const Beam beam;
   const Eigen::Vector2d delta_a(0.003, 0.0);
   Equilibrium resting(beam.model, beam.constraints);
-  REQUIRE(resting.settle_at_displacements(delta_a, Sign::kPullOnly, 1e-13).converged);
+  REQUIRE(resting.settle_at_displacements(delta_a, EffortSign::kPullOnly, 1e-13).converged);
   Dynamics moving(beam.model, beam.constraints, {0, 0});
   moving.reset(resting.x());
   for (int k = 0; k < 100; ++k) REQUIRE(moving.step(delta_a, 0.01));

@@ -23,16 +23,16 @@ TEST_CASE("A body that turns as a whole turns around each node, however little e
     const Eigen::VectorXd& from = model.rest();
     const Eigen::VectorXd to =
         ((Q * from.reshaped(3, model.free_nodes())).colwise() + Eigen::Vector3d(0.1, 0, 0)).reshaped();
-    rotations.find(pattern, from, to);
+    rotations.compute(pattern, from, to);
     for (int i = 0; i < model.free_nodes(); ++i) CHECK((rotations[i] - Q).norm() < 1e-10);
 
     const EightVectors V =
         testing::random_vector(random, 8 * pattern.size(), 1.0).reshaped(8, pattern.size());
     EightVectors turned = V;
-    rotations.turn(turned);
+    rotations.rotate(turned);
     CHECK((turned.row(5).reshaped(3, pattern.nodes()) - Q * V.row(5).reshaped(3, pattern.nodes())).norm() <
           1e-9);
-    rotations.turn_back(turned);
+    rotations.rotate_back(turned);
     CHECK((turned - V).norm() < 1e-9);
   }
 }

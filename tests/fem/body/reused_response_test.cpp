@@ -64,8 +64,8 @@ TEST_CASE("Along a path the reused response agrees with the direct one within it
 
     // The way to half of the efforts more; of what is out of balance one step is enough.
     Eigen::VectorXd expected, dx;
-    b.direct.move(1.5 * b.efforts, expected);
-    b.reused.move(1.5 * b.efforts, dx);
+    b.direct.solve_step(1.5 * b.efforts, expected);
+    b.reused.solve_step(1.5 * b.efforts, dx);
     CHECK((dx - expected).norm() < 0.1 * expected.norm());
   }
   CHECK(factored >= 1);
@@ -80,7 +80,7 @@ TEST_CASE("At rest under its efforts the body does not move, whether it was fact
   REQUIRE(b.reuse());
   REQUIRE_FALSE(b.reused.factored());
   Eigen::VectorXd dx;
-  b.reused.move(b.lambda, dx);
+  b.reused.solve_step(b.lambda, dx);
   CHECK(dx.lpNorm<Eigen::Infinity>() < 1e-8);
   Compliance c;
   b.reused.compliance(b.x, c);
@@ -124,8 +124,8 @@ TEST_CASE("More actuators and effectors than are solved for at once are answered
     CHECK(reused.factored() == (growth == 1));
     CHECK((a.W_aa - b.W_aa).norm() < 1e-3 * a.W_aa.norm());
     CHECK((a.W_ea - b.W_ea).norm() < 1e-3 * a.W_ea.norm());
-    direct.move(2 * efforts, expected);
-    reused.move(2 * efforts, dx);
+    direct.solve_step(2 * efforts, expected);
+    reused.solve_step(2 * efforts, dx);
     CHECK((dx - expected).norm() < 0.1 * expected.norm());
   }
 }
@@ -173,11 +173,11 @@ TEST_CASE("After the first pose no response allocates, factored or not", "[rt]")
   std::int64_t calls = 0;
   for (int k = 0; k < 6; ++k) {
     b.place(0.02 * k);
-    if (k == 4) b.reused.forget();
+    if (k == 4) b.reused.discard_factor();
     const rt::HeapGuard heap;
     good = b.reuse() && good;
     b.reused.compliance(b.x, c);
-    b.reused.move(b.efforts, dx);
+    b.reused.solve_step(b.efforts, dx);
     if (k > 0) calls += heap.calls();
     if (k > 0) factored += b.reused.factored();
   }

@@ -45,22 +45,20 @@ struct Bordered {
 
 /// The kernels of every instruction set that this machine has.
 std::vector<const FrontKernels*> all_kernels() {
-  std::vector<const FrontKernels*> sets = {&kFrontKernelsV3};
-#ifdef __x86_64__
-  if (runs_x86_64_v4()) sets.push_back(&kFrontKernelsV4);
-#endif
+  std::vector<const FrontKernels*> sets = {&front_kernels(InstructionSet::kV3)};
+  if (best_instruction_set() == InstructionSet::kV4) sets.push_back(&front_kernels(InstructionSet::kV4));
   return sets;
 }
 
 TEST_CASE("The factor sees the compliance at its border as CHOLMOD does", "[law]") {
   const unsigned seed = GENERATE(1u, 2u);
   const FrontKernels* kernels = GENERATE(from_range(all_kernels()));
-  CAPTURE(seed, kernels == &kFrontKernelsV3);
+  CAPTURE(seed, kernels == &front_kernels(InstructionSet::kV3));
   for (const auto& [nx, ny, nz] :
        {std::array{1, 1, 1}, std::array{9, 1, 1}, std::array{7, 4, 3}, std::array{20, 8, 8}}) {
     Bordered b(nx, ny, nz, seed);
     CAPTURE(nx, ny, nz);
-    Factor factor(b.K, b.border, Kept::kDouble, *kernels);
+    Factor factor(b.K, b.border, StoragePrecision::kDouble, *kernels);
     REQUIRE(factor.factorize(b.K, b.B_T));
     CholmodFactor reference(b.K);
     REQUIRE(reference.factorize(b.K));
@@ -92,11 +90,11 @@ TEST_CASE("Eight vectors at once are multiplied as each of them is", "[law]") {
 TEST_CASE("A factor kept in single precision solves as the stiffness to single precision", "[law]") {
   const unsigned seed = GENERATE(6u, 7u);
   const FrontKernels* kernels = GENERATE(from_range(all_kernels()));
-  CAPTURE(seed, kernels == &kFrontKernelsV3);
+  CAPTURE(seed, kernels == &front_kernels(InstructionSet::kV3));
   for (const auto& [nx, ny, nz] : {std::array{1, 1, 1}, std::array{7, 4, 3}, std::array{20, 8, 8}}) {
     Bordered b(nx, ny, nz, seed);
     CAPTURE(nx, ny, nz);
-    Factor factor(b.K, b.border, Kept::kSingle, *kernels);
+    Factor factor(b.K, b.border, StoragePrecision::kSingle, *kernels);
     REQUIRE(factor.factorize(b.K, b.B_T));
     CholmodFactor reference(b.K);
     REQUIRE(reference.factorize(b.K));
@@ -168,7 +166,7 @@ TEST_CASE("Factoring again allocates nothing", "[rt]") {
     return;
   }
   Bordered b(7, 3, 3, 4);
-  Factor factor(b.K, b.border), single(b.K, b.border, Kept::kSingle);
+  Factor factor(b.K, b.border), single(b.K, b.border, StoragePrecision::kSingle);
   const Eigen::VectorXd c = random_vector(b.random, 4, 1.0);
   Eigen::VectorXd x(b.model.unknowns());
   EightVectors X = EightVectors::Ones(8, b.model.unknowns()), Y = X;
@@ -187,9 +185,10 @@ struct RandomFront {
   RandomFront(int k, int n, std::mt19937& random) {
     const Eigen::MatrixXd M = random_vector(random, (k + n) * (k + n), 1.0).reshaped(k + n, k + n);
     A = M * M.transpose() + Eigen::MatrixXd::Identity(k + n, k + n);
-    const int kp = round_up_to_strip(k), np = round_up_to_strip(n);
-    for (auto* memory : {&F, &L, &U}) *memory = Aligned((kp + np + 2 * kStrip) * (kp + np + 2 * kStrip));
-    front = {k, n, F.at(), kp + np + kStrip, L.at(), U.at(), np + kStrip, true};
+    const int kp = round_up_to_panel(k), np = round_up_to_panel(n);
+    for (auto* memory : {&F, &L, &U})
+      *memory = Aligned((kp + np + 2 * kSimdRows) * (kp + np + 2 * kSimdRows));
+    front = {k, n, F.at(), kp + np + kSimdRows, L.at(), U.at(), np + kSimdRows, true};
     for (int c = 0; c < k; ++c) {
       for (int r = c; r < k; ++r) F.at()[c * front.ld + r] = A(r, c);
       for (int r = 0; r < n; ++r) F.at()[c * front.ld + kp + r] = A(k + r, c);
@@ -197,11 +196,13 @@ struct RandomFront {
     for (int c = 0; c < n; ++c)
       for (int r = c; r < n; ++r) U.at()[c * front.ldu + r] = A(k + r, k + c);
   }
-  /// Entry of L; rows that stay are counted from the padded pivots on.
-  double l(int i, int p) const { return front.L[i / kStrip * kStrip * front.k + kStrip * p + i % kStrip]; }
+  /// Entry of L; update rows are counted from the padded pivots on.
+  double l(int i, int p) const {
+    return front.L[i / kSimdRows * kSimdRows * front.k + kSimdRows * p + i % kSimdRows];
+  }
 
   struct Aligned {
-    explicit Aligned(int count = 0) : numbers(count + kStrip, 0.0) {}
+    explicit Aligned(int count = 0) : numbers(count + kSimdRows, 0.0) {}
     double* at() {
       auto address = reinterpret_cast<std::uintptr_t>(numbers.data());
       return reinterpret_cast<double*>((address + 63) / 64 * 64);
@@ -221,7 +222,7 @@ TEST_CASE("Kernels of every instruction set eliminate a front as a dense Cholesk
     for (const auto& [k, n] :
          {std::pair{1, 1}, {3, 10}, {7, 1}, {8, 8}, {24, 49}, {33, 7}, {100, 37}, {230, 210}}) {
       RandomFront f(k, n, random);
-      CAPTURE(kernels == &kFrontKernelsV3, k, n);
+      CAPTURE(kernels == &front_kernels(InstructionSet::kV3), k, n);
       REQUIRE(kernels->eliminate(f.front));
       const Eigen::MatrixXd L1 = f.A.topLeftCorner(k, k).llt().matrixL();
       const Eigen::MatrixXd L2 =
@@ -231,19 +232,19 @@ TEST_CASE("Kernels of every instruction set eliminate a front as a dense Cholesk
       for (int c = 0; c < k; ++c) {
         for (int r = c; r < k; ++r) error = std::max(error, std::abs(f.l(r, c) - L1(r, c)));
         for (int r = 0; r < n; ++r)
-          error = std::max(error, std::abs(f.l(round_up_to_strip(k) + r, c) - L2(r, c)));
+          error = std::max(error, std::abs(f.l(round_up_to_panel(k) + r, c) - L2(r, c)));
       }
       for (int c = 0; c < n; ++c)
         for (int r = c; r < n; ++r)
           error = std::max(error, std::abs(f.front.U[c * f.front.ldu + r] - rest(r, c)));
       CHECK(error < 1e-12 * f.A.norm());
 
-      RandomFront::Aligned z(round_up_to_strip(n)), x(round_up_to_strip(k));
-      const Eigen::VectorXd stay = random_vector(random, n, 1.0);
-      std::copy(stay.begin(), stay.end(), z.at());
+      RandomFront::Aligned z(round_up_to_panel(n)), x(round_up_to_panel(k));
+      const Eigen::VectorXd update = random_vector(random, n, 1.0);
+      std::copy(update.begin(), update.end(), z.at());
       kernels->back_substitute(f.front, z.at(), x.at());
       const Eigen::VectorXd expected =
-          L1.transpose().triangularView<Eigen::Upper>().solve(-(L2.transpose() * stay));
+          L1.transpose().triangularView<Eigen::Upper>().solve(-(L2.transpose() * update));
       CHECK((Eigen::Map<Eigen::VectorXd>(x.at(), k) - expected).norm() <= 1e-9 * (1 + expected.norm()));
     }
 }
@@ -254,20 +255,21 @@ TEST_CASE("Kernels of every instruction set substitute eight right sides as a de
   CAPTURE(seed);
   for (const FrontKernels* kernels : all_kernels())
     for (const auto& [k, n] : {std::pair{1, 1}, {3, 10}, {8, 8}, {24, 49}, {33, 7}, {64, 0}}) {
-      CAPTURE(kernels == &kFrontKernelsV3, k, n);
-      const int kp = round_up_to_strip(k), np = round_up_to_strip(n);
+      CAPTURE(kernels == &front_kernels(InstructionSet::kV3), k, n);
+      const int kp = round_up_to_panel(k), np = round_up_to_panel(n);
       // L with ones on the diagonal and little below it, so that no error grows.
       Eigen::MatrixXf L = Eigen::MatrixXf::Zero(kp + np, k);
       for (int c = 0; c < k; ++c) {
         for (int r = c; r < k; ++r) L(r, c) = random_vector(random, 1, 0.1).cast<float>()[0] + float(r == c);
         for (int r = kp; r < kp + n; ++r) L(r, c) = random_vector(random, 1, 0.1).cast<float>()[0];
       }
-      std::vector<double> memory(4 * (kp + np) * (k + kStrip) + 2 * kStrip);
+      std::vector<double> memory(4 * (kp + np) * (k + kSimdRows) + 2 * kSimdRows);
       const auto address = reinterpret_cast<std::uintptr_t>(memory.data());
-      auto* strips = reinterpret_cast<float*>((address + 63) / 64 * 64);
-      float* z = strips + static_cast<size_t>(kp + np) * kp;
+      auto* panels = reinterpret_cast<float*>((address + 63) / 64 * 64);
+      float* z = panels + static_cast<size_t>(kp + np) * kp;
       for (int r = 0; r < kp + np; ++r)
-        for (int c = 0; c < k; ++c) strips[(r / kStrip) * kStrip * k + kStrip * c + r % kStrip] = L(r, c);
+        for (int c = 0; c < k; ++c)
+          panels[(r / kSimdRows) * kSimdRows * k + kSimdRows * c + r % kSimdRows] = L(r, c);
       Eigen::Map<Eigen::Matrix<float, 8, Eigen::Dynamic>> rows(z, 8, kp + np);
       rows.setZero();
       const Eigen::MatrixXf b = random_vector(random, 8 * k, 1.0).cast<float>().reshaped(k, 8);
@@ -275,16 +277,16 @@ TEST_CASE("Kernels of every instruction set substitute eight right sides as a de
       const auto L2 = L.middleRows(kp, n);
 
       rows.leftCols(k) = b.transpose();
-      kernels->forward_eight(strips, k, n, z);
+      kernels->forward_substitute_eight(panels, k, n, z);
       const Eigen::MatrixXf y = L1.solve(b);
       CHECK((rows.leftCols(k).transpose() - y).norm() <= 1e-4f * y.norm());
       CHECK((rows.middleCols(kp, n).transpose() + L2 * y).norm() <= 1e-4f * y.norm());
 
-      const Eigen::MatrixXf stay = random_vector(random, 8 * n, 1.0).cast<float>().reshaped(n, 8);
+      const Eigen::MatrixXf update = random_vector(random, 8 * n, 1.0).cast<float>().reshaped(n, 8);
       rows.leftCols(k) = b.transpose();
-      rows.middleCols(kp, n) = stay.transpose();
-      kernels->backward_eight(strips, k, n, z);
-      const Eigen::MatrixXf x = L1.transpose().solve(b - L2.transpose() * stay);
+      rows.middleCols(kp, n) = update.transpose();
+      kernels->backward_substitute_eight(panels, k, n, z);
+      const Eigen::MatrixXf x = L1.transpose().solve(b - L2.transpose() * update);
       CHECK((rows.leftCols(k).transpose() - x).norm() <= 1e-4f * x.norm());
     }
 }

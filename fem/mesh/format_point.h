@@ -7,8 +7,8 @@
 
 namespace tendril::fem {
 
-/// A position in m as messages name it: "(1, -2.5, 30) mm". Real-time: no (allocates).
-inline std::string place(const Eigen::Vector3d& p) {
+/// A position (m) in mm, as messages show it: "(1, -2.5, 30) mm". Real-time: no (allocates).
+inline std::string format_point_mm(const Eigen::Vector3d& p) {
   return fmt::format("({:.4g}, {:.4g}, {:.4g}) mm", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z());
 }
 

@@ -1,3 +1,0 @@
-#define TENDRIL_WIDTH 8
-#define TENDRIL_ELEMENT_KERNELS kElementKernelsV4
-#include "fem/element/element_kernels_body.h"
