@@ -5,6 +5,7 @@
 
 #include "hal/canopen/canopen.h"
 #include "hal/canopen/emergency.h"
+#include "hal/cia402/cia402_check.h"
 #include "hal/cia402/cia402_setup.h"
 #include "hal/drive/formatted.h"
 

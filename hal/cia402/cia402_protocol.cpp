@@ -1,16 +1,17 @@
 #include "hal/cia402/cia402_protocol.h"
 
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "hal/canopen/canopen.h"
 #include "hal/cia402/cia402.h"
+#include "hal/cia402/cia402_check.h"
 #include "hal/cia402/cia402_master.h"
 #include "hal/cia402/cia402_settings.h"
 #include "hal/cia402/cia402_setup.h"
 #include "hal/cia402/simulated_cia402_drive.h"
 #include "hal/cia402/simulated_drive_eds.h"
+#include "hal/drive/formatted.h"
 #include "hal/sim/simulated_axis.h"
 
 namespace tendril::hal {
@@ -146,12 +147,11 @@ class Cia402Protocol final : public DriveProtocol {
     // docs/drives.md.
     if (nearest_interpolation_period(config.period_ns).exponent == InterpolationPeriod::kMilliseconds)
       return {};
-    char text[200];
-    std::snprintf(text, sizeof text,
-                  "control.rate %g Hz is a period of %.4g ms; many CANopen drives take whole milliseconds "
+    const auto period_ns = static_cast<double>(config.period_ns);
+    return {
+        formatted("control.rate %g Hz is a period of %.4g ms; many CANopen drives take whole milliseconds "
                   "only, as of 500 Hz or 1 kHz",
-                  1e9 / static_cast<double>(config.period_ns), 1e-6 * static_cast<double>(config.period_ns));
-    return {text};
+                  1e9 / period_ns, 1e-6 * period_ns)};
   }
 
   double effort_step(const AxisConfig& axis) const override {

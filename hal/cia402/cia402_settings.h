@@ -57,19 +57,7 @@ struct Cia402SimulationSettings {
   std::optional<double> following_error;
 };
 
-/// The settings within a configuration: defaults where it has none.
-/// Real-time: no (the first call on one that may be changed allocates).
-inline const Cia402AxisSettings& cia402_settings(const AxisConfig& axis) {
-  return own_settings<Cia402AxisSettings>(axis.own);
-}
-inline Cia402AxisSettings& cia402_settings(AxisConfig& axis) {
-  return own_settings<Cia402AxisSettings>(axis.own);
-}
-inline const Cia402BusSettings& cia402_settings(const MasterConfig& config) {
-  return own_settings<Cia402BusSettings>(config.own);
-}
-inline Cia402BusSettings& cia402_settings(MasterConfig& config) {
-  return own_settings<Cia402BusSettings>(config.own);
-}
+/// The settings within a configuration, see SettingsOf.
+inline constexpr SettingsOf<Cia402AxisSettings, Cia402BusSettings> cia402_settings;
 
 }  // namespace tendril::hal

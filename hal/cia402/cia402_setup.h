@@ -10,9 +10,11 @@
 #include "hal/canopen/sdo_sequence.h"
 #include "hal/cia402/cia402_settings.h"
 
-/// How CiA 402 drives are set up over CANopen, and the checks of their configuration. Real-time: no, except
-/// where a function says yes.
+/// How CiA 402 drives are set up over CANopen. Real-time: no, except where a function says yes.
 namespace tendril::hal {
+
+/// A heartbeat time as objects 1016 and 1017 hold it, ms, rounded. Real-time: yes.
+uint32_t heartbeat_ms(int64_t duration_ns) noexcept;
 
 /// The COB-IDs in force. Real-time: yes.
 uint32_t rpdo_cob_id(const AxisConfig& axis) noexcept;
@@ -20,10 +22,6 @@ uint32_t tpdo_cob_id(const AxisConfig& axis) noexcept;
 
 /// The identifiers of the frames that a drive sends: EMCY, SDO answer, heartbeat, TPDO. Real-time: yes.
 std::array<uint32_t, 4> received_cia402_ids(const AxisConfig& axis) noexcept;
-
-/// Checks ranges, and that no two senders share an identifier.
-/// @throws std::invalid_argument with a sentence that names the axis and what is expected
-void check_cia402(const MasterConfig& config);
 
 /// The meaning of an object that is set up: " (the second object in RPDO 1)"; empty for other objects.
 /// @param object  index << 8 | subindex

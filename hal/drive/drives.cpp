@@ -1,7 +1,8 @@
 #include "hal/drive/drives.h"
 
-#include <cstdio>
 #include <cstdlib>
+
+#include "hal/drive/formatted.h"
 
 namespace tendril::hal {
 
@@ -49,10 +50,9 @@ const char* name(FaultKind kind) noexcept {
 
 std::string describe_out_of_range(const DriveFault& fault) {
   const auto thousandths = static_cast<int32_t>(fault.code);
-  char text[64];
-  std::snprintf(text, sizeof text, ", it is %.1f %% of it %s", 0.1 * std::abs(thousandths),
-                thousandths < 0 ? "below the least" : "beyond the greatest");
-  return name(fault.kind) + (text + std::string(": what does it pull at?"));
+  return name(fault.kind) + formatted(", it is %.1f %% of it %s: check the actuator and its load",
+                                      0.1 * std::abs(thousandths),
+                                      thousandths < 0 ? "below the least" : "beyond the greatest");
 }
 
 }  // namespace tendril::hal

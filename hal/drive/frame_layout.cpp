@@ -1,7 +1,8 @@
 #include "hal/drive/frame_layout.h"
 
 #include <algorithm>
-#include <cstdio>
+
+#include "hal/drive/formatted.h"
 
 namespace tendril::hal {
 namespace {
@@ -59,9 +60,8 @@ Signal as_displacement(Signal signal, const AxisScale& scale, const Displacement
 }
 
 FrameLayout sensor_layout(const SensorConfig& sensor) {
-  char id[16];
-  std::snprintf(id, sizeof id, "%X", sensor.id);
-  const std::string name = "Sensor_" + (fits_a_name(sensor.name, kLongestSensorName) ? sensor.name : id);
+  const bool fits = fits_a_name(sensor.name, kLongestSensorName);
+  const std::string name = "Sensor_" + (fits ? sensor.name : formatted("%X", sensor.id));
   FrameLayout layout{marked_id(sensor.id, sensor.extended), name, sensor.length, name, {}};
   for (const Signal& signal : sensor.signals) layout.signals.push_back(legible(signal));
   if (sensor.age) layout.signals.push_back(legible(*sensor.age));

@@ -1,9 +1,9 @@
 #include "hal/drive/master_config.h"
 
 #include <cmath>
-#include <cstdio>
 
 #include "hal/drive/drives.h"
+#include "hal/drive/formatted.h"
 
 namespace tendril::hal {
 namespace {
@@ -29,11 +29,7 @@ void check_axis(const MasterConfig& config, int i, int node_of_master) {
 }
 
 /// A time in s as a robot file has it: "0.1 s".
-std::string seconds(int64_t time_ns) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g s", 1e-9 * static_cast<double>(time_ns));
-  return text;
-}
+std::string seconds(int64_t time_ns) { return formatted("%g s", 1e-9 * static_cast<double>(time_ns)); }
 
 }  // namespace
 
@@ -80,10 +76,8 @@ void check_common(const MasterConfig& config, int64_t feedback_period_ns, int no
 void IdentifierClaims::claim(uint32_t id, const std::string& user) {
   const auto [first, free] = users_.emplace(id, user);
   if (free) return;
-  char text[16];
-  std::snprintf(text, sizeof text, "0x%X", id & ~kExtendedMark);
-  throw std::invalid_argument("drives: " + first->second + " and " + user + " would both use identifier " +
-                              text);
+  throw std::invalid_argument("drives: " + first->second + " and " + user +
+                              formatted(" would both use identifier 0x%X", id & ~kExtendedMark));
 }
 
 void IdentifierClaims::claim_sensors(const MasterConfig& config) {

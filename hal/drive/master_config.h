@@ -121,4 +121,14 @@ T& own_settings(std::any& own) {
   return *std::any_cast<T>(&own);
 }
 
+/// Finds the settings of one protocol within a configuration: those of an axis and those of the bus. Defaults
+/// where there are none. Real-time: no (the first call on a configuration that may be changed allocates).
+template <class OfAxis, class OfBus>
+struct SettingsOf {
+  const OfAxis& operator()(const AxisConfig& axis) const { return own_settings<OfAxis>(axis.own); }
+  OfAxis& operator()(AxisConfig& axis) const { return own_settings<OfAxis>(axis.own); }
+  const OfBus& operator()(const MasterConfig& config) const { return own_settings<OfBus>(config.own); }
+  OfBus& operator()(MasterConfig& config) const { return own_settings<OfBus>(config.own); }
+};
+
 }  // namespace tendril::hal

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstdio>
 #include <span>
 
 #include "hal/bus/little_endian.h"
+#include "hal/drive/formatted.h"
 
 namespace tendril::hal {
 namespace {
@@ -248,11 +248,7 @@ std::string describe_odrive_error(OdriveFirmware firmware, uint32_t bits) {
     if (bits & bit.mask) add(bit.words);
     bits &= ~bit.mask;
   }
-  if (bits != 0) {
-    char text[32];
-    std::snprintf(text, sizeof text, "unknown bits 0x%X", bits);
-    add(text);
-  }
+  if (bits != 0) add(formatted("unknown bits 0x%X", bits));
   return words;
 }
 

@@ -31,19 +31,7 @@ struct OdriveSimulationSettings {
   int encoder_counts = 8192;  // in a turn, > 0
 };
 
-/// The settings within a configuration: defaults where it has none.
-/// Real-time: no (the first call on one that may be changed allocates).
-inline const OdriveAxisSettings& odrive_settings(const AxisConfig& axis) {
-  return own_settings<OdriveAxisSettings>(axis.own);
-}
-inline OdriveAxisSettings& odrive_settings(AxisConfig& axis) {
-  return own_settings<OdriveAxisSettings>(axis.own);
-}
-inline const OdriveBusSettings& odrive_settings(const MasterConfig& config) {
-  return own_settings<OdriveBusSettings>(config.own);
-}
-inline OdriveBusSettings& odrive_settings(MasterConfig& config) {
-  return own_settings<OdriveBusSettings>(config.own);
-}
+/// The settings within a configuration, see SettingsOf.
+inline constexpr SettingsOf<OdriveAxisSettings, OdriveBusSettings> odrive_settings;
 
 }  // namespace tendril::hal

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <catch2/catch.hpp>
 #include <functional>
 #include <string>
 #include <vector>
@@ -135,5 +136,16 @@ struct RigOf {
 
 using Rig = RigOf<Cia402Master, SimulatedCia402Drive>;
 using OdriveRig = RigOf<OdriveMaster, SimulatedOdriveDrive>;
+
+/// The same with all drives enabled at their measured positions.
+template <class AnyRig>
+struct Enabled : AnyRig {
+  explicit Enabled(const MasterConfig& config, int64_t delay_ns = 0) : AnyRig(config, delay_ns) {
+    REQUIRE(AnyRig::enable());
+  }
+};
+
+using EnabledRig = Enabled<Rig>;
+using EnabledOdriveRig = Enabled<OdriveRig>;
 
 }  // namespace tendril::hal::test

@@ -1,6 +1,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
+#include <optional>
 
 #include "hal/cia402/cia402_master.h"
 #include "tests/hal/rig.h"
@@ -10,9 +12,20 @@ using namespace tendril::hal::test;
 
 constexpr int64_t kMillisecond_ns = 1'000'000;
 
+/// Makes axis 1, node 2, refuse an object, whatever it answers or only answers of one kind. For
+/// RigOf::tamper.
+std::function<bool(int, Frame&)> refusing(ObjectAddress object, SdoAbort reason,
+                                          std::optional<SdoAnswer::Kind> kind = {}) {
+  return [=](int axis, Frame& frame) {
+    const auto answer = decode_sdo_answer(frame, 2);
+    if (axis == 1 && answer && answer->object == object && (!kind || answer->kind == *kind))
+      frame = encode_sdo_answer(2, {SdoAnswer::Kind::kAbort, object, 0, code(reason)});
+    return true;
+  };
+}
+
 TEST_CASE("When the master is gone every drive stops by itself and says so", "[unit]") {
-  Rig rig(config_of(4));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(4));
   rig.follow_measured = false;
   rig.command.position.fill(1.0);  // on their way for long
   rig.run_for(20 * kMillisecond_ns);
@@ -29,8 +42,7 @@ TEST_CASE("When the master is gone every drive stops by itself and says so", "[u
 }
 
 TEST_CASE("A new master clears what the death of the former one left, and does not move anything", "[unit]") {
-  Rig rig(config_of(4));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(4));
   rig.master_alive = false;
   rig.run_for(300 * kMillisecond_ns);
   Rig successor(config_of(4));
@@ -44,8 +56,7 @@ TEST_CASE("A new master clears what the death of the former one left, and does n
 }
 
 TEST_CASE("A drive that falls silent is a fault with its axis, and the others go on", "[unit]") {
-  Rig rig(config_of(4));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(4));
   rig.plugs[2]->set_plugged(false);
   const DriveFault fault = rig.fault();
   CHECK((fault.kind == FaultKind::kFeedbackLost || fault.kind == FaultKind::kHeartbeatLost));
@@ -63,16 +74,12 @@ TEST_CASE("A drive that falls silent is a fault with its axis, and the others go
   rig.plugs[2]->set_plugged(true);
   rig.run_for(500 * kMillisecond_ns);
   CHECK_FALSE(rig.measured.all_enabled);  // no return without reset
-  rig.command.reset = true;
-  rig.cycle();
-  rig.command.reset = false;
-  REQUIRE(rig.run_until([&] { return rig.measured.all_enabled; }));
+  REQUIRE(rig.reset());
   CHECK_FALSE(rig.faulted());
 }
 
 TEST_CASE("A silent drive is noticed by its heartbeat where its PDOs go on", "[unit]") {
-  Rig rig(config_of(2));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(2));
   rig.tamper = [](int axis, Frame& frame) { return !(axis == 1 && decode_heartbeat(frame, 2)); };
   const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kHeartbeatLost);
@@ -80,8 +87,7 @@ TEST_CASE("A silent drive is noticed by its heartbeat where its PDOs go on", "[u
 }
 
 TEST_CASE("A drive whose positions stop is noticed while its heartbeat goes on", "[unit]") {
-  Rig rig(config_of(2));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(2));
   rig.tamper = [](int axis, Frame& frame) { return !(axis == 1 && frame.id == 0x182); };
   const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kFeedbackLost);
@@ -90,8 +96,7 @@ TEST_CASE("A drive whose positions stop is noticed while its heartbeat goes on",
 }
 
 TEST_CASE("A drive's fault is latched with its code in words and cleared by reset", "[unit]") {
-  Rig rig(config_of(4));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(4));
   rig.drives[1].inject_fault(0x4310);
   const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kDriveFault);
@@ -100,15 +105,11 @@ TEST_CASE("A drive's fault is latched with its code in words and cleared by rese
   CHECK(rig.master.describe(fault) == "axis 1 'cable 1' (node 2): drive fault: drive too hot (EMCY 4310)");
   rig.run_for(1'000 * kMillisecond_ns);
   CHECK(rig.drives[1].state() == DriveState::kFault);  // not reset behind the operator's back
-  rig.command.reset = true;
-  rig.cycle();
-  rig.command.reset = false;
-  CHECK(rig.run_until([&] { return rig.measured.all_enabled; }));
+  CHECK(rig.reset());
 }
 
 TEST_CASE("An emergency is a fault although the drive goes on", "[unit]") {
-  Rig rig(config_of(2));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(2));
   rig.plugs[1]->send(encode_emergency(2, {.code = 0x8210}));
   const DriveFault fault = rig.fault(100 * kMillisecond_ns);
   CHECK(fault.kind == FaultKind::kDriveFault);
@@ -119,8 +120,7 @@ TEST_CASE("An emergency is a fault although the drive goes on", "[unit]") {
 }
 
 TEST_CASE("A fault whose EMCY is late is latched by the statusword and then named", "[unit]") {
-  Rig rig(config_of(2));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(2));
   Frame held;
   rig.tamper = [&held](int axis, Frame& frame) {
     if (axis != 0 || decode_sdo_answer(frame, 1)) return axis != 0;
@@ -160,8 +160,7 @@ TEST_CASE("A drive whose EMCY is lost, or older than we are, is asked what its f
 }
 
 TEST_CASE("A drive that reboots in operation is a fault, not a silent restart", "[unit]") {
-  Rig rig(config_of(2));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(2));
   rig.drives[1] = SimulatedCia402Drive({.node = 2, .position_counts = rig.drives[1].position()});
   const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kDriveRestarted);
@@ -171,8 +170,7 @@ TEST_CASE("A drive that reboots in operation is a fault, not a silent restart", 
 }
 
 TEST_CASE("A drive that leaves operation by itself is a fault", "[unit]") {
-  Rig rig(config_of(2));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(2));
   rig.tamper = [](int axis, Frame& frame) {  // as with its safety input open
     if (axis == 0 && frame.id == 0x181) frame.data[0] = 0x50;
     return true;
@@ -184,12 +182,7 @@ TEST_CASE("A drive that leaves operation by itself is a fault", "[unit]") {
 
 TEST_CASE("A refused setting names object and reason", "[unit]") {
   Rig rig(config_of(2));
-  rig.tamper = [](int axis, Frame& frame) {
-    const auto answer = decode_sdo_answer(frame, 2);
-    if (axis == 1 && answer && answer->object == ObjectAddress{0x60C2, 1})
-      frame = encode_sdo_answer(2, {SdoAnswer::Kind::kAbort, answer->object, 0, 0x06090030});
-    return true;
-  };
+  rig.tamper = refusing({0x60C2, 1}, SdoAbort::kBadValue);
   const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kConfiguration);
   CHECK(rig.master.describe(fault) ==
@@ -208,14 +201,7 @@ TEST_CASE(
   MasterConfig config = config_of(2);
   config.period_ns = GENERATE(2'000'000, kPeriod_ns);
   Rig rig(config);
-  const auto refuse_writes = [](int axis, Frame& frame) {  // 60C2:2 is -3 and read-only
-    const auto answer = decode_sdo_answer(frame, 2);
-    if (axis == 1 && answer && answer->kind == SdoAnswer::Kind::kWritten &&
-        answer->object == ObjectAddress{0x60C2, 2})
-      frame = encode_sdo_answer(2, {SdoAnswer::Kind::kAbort, answer->object, 0, 0x06010002});
-    return true;
-  };
-  rig.tamper = refuse_writes;
+  rig.tamper = refusing({0x60C2, 2}, SdoAbort::kReadOnly, SdoAnswer::Kind::kWritten);  // it is -3
   const bool starts =
       rig.run_until([&] { return rig.measured.all_known || rig.faulted(); }) && !rig.faulted();
   CHECK(starts == (config.period_ns == 2'000'000));
@@ -226,11 +212,9 @@ TEST_CASE(
 
 TEST_CASE("A drive without an interpolation period of its own is used all the same", "[unit]") {
   Rig rig(config_of(2));
-  rig.tamper = [](int axis, Frame& frame) {
-    const auto answer = decode_sdo_answer(frame, 2);
-    if (axis == 1 && answer && answer->object.index == 0x60C2)
-      frame = encode_sdo_answer(2, {SdoAnswer::Kind::kAbort, answer->object, 0, 0x06020000});
-    return true;
+  rig.tamper = [first = refusing({0x60C2, 1}, SdoAbort::kNoObject),
+                second = refusing({0x60C2, 2}, SdoAbort::kNoObject)](int axis, Frame& frame) {
+    return first(axis, frame) && second(axis, frame);
   };
   CHECK(rig.enable());
 }
@@ -239,12 +223,7 @@ TEST_CASE("A start that is given up leaves no drive behind that watches the mast
   const bool refused = GENERATE(false, true);
   CAPTURE(refused);
   Rig rig(config_of(2));
-  rig.tamper = [refused](int axis, Frame& frame) {
-    const auto answer = decode_sdo_answer(frame, 2);
-    if (refused && axis == 1 && answer && answer->object == ObjectAddress{0x6060, 0})
-      frame = encode_sdo_answer(2, {SdoAnswer::Kind::kAbort, answer->object, 0, 0x06090030});
-    return true;
-  };
+  if (refused) rig.tamper = refusing({0x6060, 0}, SdoAbort::kBadValue);
   const char* told = "582#6016100100000000";
   REQUIRE(rig.run_until([&] { return refused ? rig.faulted() : rig.find(told) >= 0; }));
   REQUIRE(rig.find(told) >= 0);
@@ -366,8 +345,7 @@ TEST_CASE("The state of the bus becomes a fault of the whole robot", "[unit]") {
                                                   {BusHealth::kOff, FaultKind::kBusOff},
                                                   {BusHealth::kDown, FaultKind::kBusDown}};
   for (const auto& [health, kind] : rows) {
-    Rig rig(config_of(2));
-    REQUIRE(rig.enable());
+    EnabledRig rig(config_of(2));
     rig.controller.set_health(health);
     rig.cycle();
     CAPTURE(name(kind));
@@ -388,8 +366,7 @@ TEST_CASE("The state of the bus becomes a fault of the whole robot", "[unit]") {
 
 TEST_CASE("A pause of the controller, in which drives are not asked for positions, is no fault of theirs",
           "[unit]") {
-  Rig rig(config_of(2));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(2));
   rig.bus.set_time(rig.bus.time_ns() + 80 * kMillisecond_ns);  // the feedback timeout is 50 ms
   rig.run_for(100 * kMillisecond_ns);
   CHECK(rig.measured.fault.kind == FaultKind::kNone);
@@ -398,8 +375,7 @@ TEST_CASE("A pause of the controller, in which drives are not asked for position
 
 TEST_CASE("A position counts from its arrival, not from when it was read", "[unit]") {
   constexpr int64_t kDelay_ns = 100'000;
-  Rig rig(config_of(1), kDelay_ns);
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(1), kDelay_ns);
   // Sent half a period before the cycle that reads it.
   const int64_t arrival_ns = rig.measured.stamp_ns - kPeriod_ns + kPeriod_ns / 2 + kDelay_ns;
   CHECK(rig.measured.position_stamp_ns[0] == arrival_ns);

@@ -69,8 +69,7 @@ TEST_CASE("Homing in place takes the present position for the zero", "[unit]") {
   MasterConfig config = homing_config(1);
   cia402_settings(config.axes[0]).homing.method = static_cast<int8_t>(GENERATE(35, 37));
   cia402_settings(config.axes[0]).referenced_bit = kBit;
-  Rig rig(config);
-  REQUIRE(rig.enable());
+  EnabledRig rig(config);
   CHECK(rig.measured.position[0] == 0);
   CHECK(rig.drives[0].position() == 1000);
 }
@@ -209,8 +208,7 @@ TEST_CASE("An axis whose drive tells that it has no reference never moves", "[un
 TEST_CASE("A reference that is lost in operation is a fault", "[unit]") {
   MasterConfig config = config_of(2);
   cia402_settings(config.axes[0]).referenced_bit = kBit;
-  Rig rig(config);
-  REQUIRE(rig.enable());
+  EnabledRig rig(config);
   rig.run_for(100 * kMillisecond_ns);
   REQUIRE_FALSE(rig.faulted());
   rig.tamper = force_bits(0, 0, 1u << kBit);
@@ -233,8 +231,7 @@ TEST_CASE("A drive that tells that it still has its reference is not homed again
   CAPTURE(tells);
   MasterConfig config = homing_config(1);
   if (tells) cia402_settings(config.axes[0]).referenced_bit = kBit;
-  Rig rig(config);
-  REQUIRE(rig.enable());
+  EnabledRig rig(config);
   rig.follow_measured = false;
   rig.command.position[0] = 5e-3;
   rig.run_for(100 * kMillisecond_ns);

@@ -72,8 +72,7 @@ TEST_CASE("A drive that compares its soft limits takes new ones, whichever way t
 }
 
 TEST_CASE("Soft limits are those of the displacement, the right way round on a reversed axis too", "[unit]") {
-  Rig rig(limited_config(-3e-3, 5e-3));
-  REQUIRE(rig.enable());
+  EnabledRig rig(limited_config(-3e-3, 5e-3));
   const auto low = static_cast<int32_t>(std::lround(3e-3 / kCount));
   const auto high = static_cast<int32_t>(std::lround(5e-3 / kCount));
   CHECK(written(rig, 1, {0x607D, 1}) == -low);
@@ -150,8 +149,7 @@ TEST_CASE("A drive without soft limits is a fault that names them, unless it is 
 TEST_CASE("A drive that cannot follow gives up at the window that it was told", "[unit]") {
   MasterConfig config = config_of(2);
   cia402_settings(config.axes[0]).following_error = 1e-3;
-  Rig rig(config);
-  REQUIRE(rig.enable());
+  EnabledRig rig(config);
   CHECK(written(rig, 1, {0x6065, 0}) == std::lround(1e-3 / kCount));
   CHECK_FALSE(written(rig, 2, {0x6065, 0}));
   for (SimulatedCia402Drive& drive : rig.drives) drive.set_jammed(true);

@@ -35,8 +35,7 @@ TEST_CASE("A mapping that is to stay as found is read, never written, and serves
   MasterConfig config = as_found_config();
   cia402_settings(config.axes[0]).pdo = GENERATE(1, 3);
   cia402_settings(config.axes[0]).rpdo_id = 0x442;
-  Rig rig(config);
-  REQUIRE(rig.enable());
+  EnabledRig rig(config);
   for (const Frame& frame : rig.traffic)
     for (const int node : {1, 2})
       if (const auto request = decode_sdo_request(frame, node);

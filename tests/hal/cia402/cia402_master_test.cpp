@@ -87,8 +87,7 @@ TEST_CASE("Any of the four pairs of PDOs serves an axis, with COB-IDs of its own
   MasterConfig config = config_of(2);
   cia402_settings(config.axes[0]) = {.pdo = GENERATE(1, 2, 3, 4), .rpdo_id = 0x442, .tpdo_id = 0x3C2};
   cia402_settings(config.axes[1]).pdo = 4;
-  Rig rig(config);
-  REQUIRE(rig.enable());
+  EnabledRig rig(config);
   rig.follow_measured = false;
   rig.command.position.fill(3e-3);
   rig.run_for(100 * kMillisecond_ns);
@@ -150,8 +149,7 @@ TEST_CASE("Enabling is no jump: the target is the position before 0F and until a
 }
 
 TEST_CASE("SYNC ends every cycle and follows all targets", "[unit]") {
-  Rig rig(config_of(4));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(4));
   for (int cycle = 0; cycle < 20; ++cycle) {
     rig.cycle();
     REQUIRE(rig.batch.size() >= 5);
@@ -162,8 +160,7 @@ TEST_CASE("SYNC ends every cycle and follows all targets", "[unit]") {
 }
 
 TEST_CASE("Enabled drives follow the commanded lengths, each in its own sense", "[unit]") {
-  Rig rig(config_of(4));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(4));
   rig.follow_measured = false;
   for (int step = 0; step <= 300; ++step) {
     for (int i = 0; i < 4; ++i) rig.command.position[i] = 1e-3 * i + 20e-3 * step / 300;
@@ -181,8 +178,7 @@ TEST_CASE("Enabled drives follow the commanded lengths, each in its own sense", 
 }
 
 TEST_CASE("Frames that arrive a cycle late change nothing but the lag", "[unit]") {
-  Rig rig(config_of(4), 2 * kPeriod_ns + 1);
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(4), 2 * kPeriod_ns + 1);
   rig.follow_measured = false;
   rig.command.position.fill(10e-3);
   rig.run_for(500 * kMillisecond_ns);
@@ -207,8 +203,7 @@ TEST_CASE("Thirty-two drives start a few at a time", "[unit]") {
 }
 
 TEST_CASE("Drives are disabled by 07, 06, 00 and then let go", "[unit]") {
-  Rig rig(config_of(2));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(2));
   rig.run_for(20 * kMillisecond_ns);
   const auto from = static_cast<int>(rig.traffic.size());
   rig.command.enable = false;
@@ -234,8 +229,7 @@ TEST_CASE("Drives are disabled by 07, 06, 00 and then let go", "[unit]") {
 TEST_CASE("Drives can be disabled and enabled again at any moment", "[unit]") {
   const int64_t delay_ns = GENERATE(0, 2 * kPeriod_ns + 1);
   CAPTURE(delay_ns);
-  Rig rig(config_of(3), delay_ns);
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(3), delay_ns);
   for (int cycles = 1; cycles < 12; ++cycles) {
     CAPTURE(cycles);
     rig.command.enable = false;
@@ -247,8 +241,7 @@ TEST_CASE("Drives can be disabled and enabled again at any moment", "[unit]") {
 }
 
 TEST_CASE("A stranger's frames change nothing", "[unit]") {
-  Rig rig(config_of(2));
-  REQUIRE(rig.enable());
+  EnabledRig rig(config_of(2));
   VirtualEndpoint& stranger = rig.bus.attach("stranger");
   for (const char* text : {"703#00", "183#080000000000", "083#1043090000000000", "583#8000100000000206",
                            "00000182#080000000000", "181#0800", "701#0505", "7FF#0102030405060708"})

@@ -12,8 +12,7 @@ constexpr int64_t kMillisecond_ns = 1'000'000;
 
 TEST_CASE("When the master is gone the watchdog of every axis stops it", "[unit]") {
   const OdriveFirmware firmware = GENERATE(OdriveFirmware::k0_5, OdriveFirmware::k0_6);
-  OdriveRig rig(odrive_config_of(4, firmware));
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(odrive_config_of(4, firmware));
   rig.follow_measured = false;
   for (double& position : rig.command.position) position = 50;  // on their way for long
   rig.run_for(20 * kMillisecond_ns);
@@ -30,8 +29,7 @@ TEST_CASE("When the master is gone the watchdog of every axis stops it", "[unit]
 }
 
 TEST_CASE("A new master clears the watchdogs that went off, and does not move anything", "[unit]") {
-  OdriveRig rig(odrive_config_of(4));
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(odrive_config_of(4));
   rig.master_alive = false;
   rig.run_for(500 * kMillisecond_ns);
   OdriveRig successor(odrive_config_of(4));
@@ -46,8 +44,7 @@ TEST_CASE("A new master clears the watchdogs that went off, and does not move an
 }
 
 TEST_CASE("An ODrive axis that falls silent is a fault with its name, and the others go on", "[unit]") {
-  OdriveRig rig(odrive_config_of(4));
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(odrive_config_of(4));
   rig.plugs[2]->set_plugged(false);
   const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kFeedbackLost);  // positions come more often than heartbeats
@@ -72,8 +69,7 @@ TEST_CASE("An ODrive axis that falls silent is a fault with its name, and the ot
 TEST_CASE("A missing heartbeat and missing positions are each noticed where the other goes on", "[unit]") {
   const auto [id, kind] =
       GENERATE(std::pair{0x21u, FaultKind::kHeartbeatLost}, std::pair{0x29u, FaultKind::kFeedbackLost});
-  OdriveRig rig(odrive_config_of(2));
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(odrive_config_of(2));
   rig.tamper = [lost = id](int, Frame& frame) { return frame.id != lost; };
   CHECK(rig.fault().kind == kind);
   CHECK(rig.measured.fault.axis == 1);
@@ -84,8 +80,7 @@ TEST_CASE("A missing heartbeat and missing positions are each noticed where the 
 }
 
 TEST_CASE("A position that is not a number is none", "[unit]") {
-  OdriveRig rig(odrive_config_of(2));
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(odrive_config_of(2));
   rig.tamper = [](int axis, Frame& frame) {
     if (axis == 1 && decode_odrive_estimates(frame, 1)) frame = *parse_frame("029#0000C07F00000000");
     return true;
@@ -99,8 +94,7 @@ TEST_CASE("An axis error is latched with its bits in words and cleared by reset"
                 "axis 1 'cable 1' (node 1): drive fault: over-temperature (axis error 00040000)"},
       std::pair{OdriveFirmware::k0_6,
                 "axis 1 'cable 1' (node 1): drive fault: inverter over-temperature (axis error 00004000)"});
-  OdriveRig rig(odrive_config_of(4, firmware));
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(odrive_config_of(4, firmware));
   rig.drives[1].overheat();
   const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kDriveFault);
@@ -117,8 +111,7 @@ TEST_CASE("An axis that leaves closed-loop control with error 0 is a fault", "[u
   const auto [firmware, words] =
       GENERATE(std::pair{OdriveFirmware::k0_5, "it is in 'idle', its motor has an error"},
                std::pair{OdriveFirmware::k0_6, "it is in 'idle', result 'disarmed'"});
-  OdriveRig rig(odrive_config_of(2, firmware));
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(odrive_config_of(2, firmware));
   rig.drives[0].unplug_motor();
   const DriveFault fault = rig.fault(200 * kMillisecond_ns);
   CHECK(fault.kind == FaultKind::kDriveDisabled);
@@ -221,8 +214,7 @@ TEST_CASE("An order that was lost is given again", "[unit]") {
 }
 
 TEST_CASE("The state of the bus becomes a fault of the whole robot with ODrive axes too", "[unit]") {
-  OdriveRig rig(odrive_config_of(2));
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(odrive_config_of(2));
   rig.controller.set_health(BusHealth::kOff);
   rig.cycle();
   CHECK(rig.measured.fault.kind == FaultKind::kBusOff);

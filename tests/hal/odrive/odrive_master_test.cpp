@@ -74,8 +74,7 @@ TEST_CASE("Enabling ODrive axes is no jump, whatever is commanded before all are
 
 TEST_CASE("Enabled ODrive axes follow the commanded lengths, each in its own sense", "[unit]") {
   const OdriveFirmware firmware = GENERATE(OdriveFirmware::k0_5, OdriveFirmware::k0_6);
-  OdriveRig rig(odrive_config_of(4, firmware));
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(odrive_config_of(4, firmware));
   rig.follow_measured = false;
   for (int step = 0; step <= 600; ++step) {
     for (int i = 0; i < 4; ++i) rig.command.position[i] = start_of(i) + 20e-3 * step / 600;
@@ -95,8 +94,7 @@ TEST_CASE("Enabled ODrive axes follow the commanded lengths, each in its own sen
 }
 
 TEST_CASE("Each axis gets one frame a cycle once it is enabled", "[unit]") {
-  OdriveRig rig(odrive_config_of(4));
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(odrive_config_of(4));
   for (int cycle = 0; cycle < 20; ++cycle) {
     rig.cycle();
     REQUIRE(rig.batch.size() == 4);
@@ -108,14 +106,12 @@ TEST_CASE("Thirty-two ODrive axes are enabled without a batch that overflows", "
   MasterConfig config = odrive_config_of(32);
   for (AxisConfig& axis : config.axes)
     odrive_settings(axis) = {.velocity_limit = 20, .current_limit = 10, .counts_from_power_on = false};
-  OdriveRig rig(config);
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(config);
   CHECK(rig.batch.dropped() == 0);
 }
 
 TEST_CASE("ODrive axes are disabled by the idle state, and after the farewell hear nothing", "[unit]") {
-  OdriveRig rig(odrive_config_of(2));
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(odrive_config_of(2));
   const auto from = static_cast<int>(rig.traffic.size());
   rig.command.enable = false;
   REQUIRE(rig.run_until([&] { return rig.measured.all_disabled; }));
@@ -131,8 +127,7 @@ TEST_CASE("ODrive axes are disabled by the idle state, and after the farewell he
 TEST_CASE("ODrive axes can be disabled and enabled again at any moment", "[unit]") {
   const int64_t delay_ns = GENERATE(0, 2 * kPeriod_ns + 1);
   CAPTURE(delay_ns);
-  OdriveRig rig(odrive_config_of(3), delay_ns);
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(odrive_config_of(3), delay_ns);
   for (int cycles = 1; cycles < 150; cycles = 2 * cycles + 1) {
     CAPTURE(cycles);
     rig.command.enable = false;
@@ -161,8 +156,7 @@ TEST_CASE("An axis that an earlier life left in closed-loop control is taken out
 }
 
 TEST_CASE("Frames of strangers change nothing for ODrive axes", "[unit]") {
-  OdriveRig rig(odrive_config_of(2));
-  REQUIRE(rig.enable());
+  EnabledOdriveRig rig(odrive_config_of(2));
   VirtualEndpoint& stranger = rig.bus.attach("stranger");
   for (const char* text :
        {"041#0100000001000000", "00000001#0100000001000000", "001#01", "7FF#0102030405060708",
