@@ -25,8 +25,8 @@ void fill(TraceRecord& record, std::int64_t now_ns, const hal::Measurement& meas
   record.snapshot_age_ns = decision.snapshot_age_ns;
   record.sensors = measurement.sensors;
   for (Eigen::Index a = 0; a < decision.lambda.size(); ++a) {
-    record.command[a] = decision.command.position[a];
-    record.measured[a] = measurement.position[a];
+    record.command[a] = decision.command.displacement[a];
+    record.measured[a] = measurement.displacement[a];
     record.lambda[a] = decision.lambda[a];
   }
   for (Eigen::Index e = 0; e < decision.desired.size(); ++e) {
@@ -42,7 +42,7 @@ void fill(Feedback& feedback, std::int64_t now_ns, const hal::Measurement& measu
   feedback.efforts_known = decision.efforts_active;
   feedback.lambda = decision.lambda;
   feedback.delta_a.resize(decision.lambda.size());
-  for (Eigen::Index a = 0; a < decision.lambda.size(); ++a) feedback.delta_a[a] = measurement.position[a];
+  for (Eigen::Index a = 0; a < decision.lambda.size(); ++a) feedback.delta_a[a] = measurement.displacement[a];
 }
 
 }  // namespace

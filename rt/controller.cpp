@@ -80,7 +80,7 @@ const Decision& Controller::step(const hal::Measurement& measurement, const Snap
 void Controller::command() noexcept {
   hal::Command& command = decision_.command;
   for (int a = 0; a < config_.actuators; ++a) {
-    command.position[a] = delta_a_[a];
+    command.displacement[a] = delta_a_[a];
     command.effort[a] = allowed_effort(a);
     if (config_.follows_effort[a]) decision_.lambda[a] = command.effort[a];
   }
@@ -102,7 +102,7 @@ void Controller::hold_measured(const hal::Measurement& measurement, const Snapsh
   for (int a = 0; a < config_.actuators; ++a)
     if (config_.follows_effort[a]) decision_.lambda[a] = allowed_effort(a);
   for (int a = 0; a < config_.actuators; ++a) {
-    delta_a_[a] = measurement.position[a];
+    delta_a_[a] = measurement.displacement[a];
     if (!snapshot || !config_.follows_effort[a]) continue;
     const double modelled = snapshot->W_aa.row(a).dot(decision_.lambda) + snapshot->delta_a_free[a];
     if (std::isfinite(modelled)) delta_a_[a] = modelled;

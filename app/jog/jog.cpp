@@ -64,7 +64,7 @@ const rt::Decision& Jog::step(const hal::Measurement& measurement, const rt::Sna
 }
 
 void Jog::connect(const hal::Measurement& measurement) noexcept {
-  start_ = decision_.command.position[0] = measurement.position[0];
+  start_ = decision_.command.displacement[0] = measurement.displacement[0];
   goal_ = start_ + config_.distance;
   const double slack = kSlack * (config_.greatest - config_.least);
   if (goal_ < config_.least - slack || goal_ > config_.greatest + slack) return end(Ending::kBeyond);
@@ -76,7 +76,7 @@ void Jog::connect(const hal::Measurement& measurement) noexcept {
 /// v (v/a + dt) / 2 = left.
 void Jog::move(bool stop) noexcept {
   const double a = config_.speed / kRamp_s, dt = config_.period_s;
-  double& position = decision_.command.position[0];
+  double& position = decision_.command.displacement[0];
   const double left = std::abs(goal_ - position);
   if (stop) ending_ = Ending::kStopped;
   const double brakeable = a * (std::sqrt(dt * dt / 4 + 2 * left / a) - dt / 2);
@@ -91,7 +91,7 @@ void Jog::move(bool stop) noexcept {
 }
 
 bool Jog::strays(const hal::Measurement& measurement) const noexcept {
-  return !(std::abs(measurement.position[0] - decision_.command.position[0]) <= config_.lag);
+  return !(std::abs(measurement.displacement[0] - decision_.command.displacement[0]) <= config_.lag);
 }
 
 void Jog::end(Ending ending) noexcept {

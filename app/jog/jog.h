@@ -43,7 +43,7 @@ class Jog final : public rt::ControlLaw {
 
   Ending ending() const noexcept { return ending_; }  ///< from phase kDisabling on
   double start() const noexcept { return start_; }    ///< displacement before the motion, once enabling
-  double commanded() const noexcept { return decision_.command.position[0]; }
+  double commanded() const noexcept { return decision_.command.displacement[0]; }
   const hal::DriveFault& drive_fault() const noexcept { return fault_; }
 
  private:

@@ -68,7 +68,7 @@ void Cia402Master::command(const Command& command, int64_t now_ns, FrameBatch& o
   const auto task = command.enable ? Cia402Axis::Task::kFollow : Cia402Axis::Task::kDisable;
   for (int i = 0; i < known.axes; ++i)
     axes_[i].drive(i == homing ? Cia402Axis::Task::kHome : task, i == homing || may_begin, known.all_enabled,
-                   {command.position[i], command.effort[i]}, now_ns, out);
+                   {command.displacement[i], command.effort[i]}, now_ns, out);
   if (std::any_of(axes_.begin(), axes_.end(), [](const Cia402Axis& axis) { return axis.synchronous(); })) {
     out.push(encode_sync());
     last_sync_ns_ = now_ns;

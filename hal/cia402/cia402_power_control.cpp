@@ -150,7 +150,7 @@ Frame Cia402PowerControl::rpdo(bool all_enabled, const AxisTarget& target) noexc
     return encode_torque_command(rpdo_id_, {controlword_, torque_});
   }
   following_ = enabled() && (following_ || all_enabled);
-  if (following_ && std::isfinite(target.position)) target_ = scale_.to_counts(target.position);
+  if (following_ && std::isfinite(target.displacement)) target_ = scale_.to_counts(target.displacement);
   if (state_ != DriveState::kEnabled) target_ = position_;
   return encode_drive_command(rpdo_id_, {controlword_, target_});
 }

@@ -57,8 +57,8 @@ std::string describe_out_of_range(const DriveFault& fault);
 struct Measurement {
   int64_t stamp_ns = 0;  // instant of `measure`
   int axes = 0;
-  std::array<double, kMaxAxes> position{};            // displacement, m or m³, the last that is known
-  std::array<int64_t, kMaxAxes> position_stamp_ns{};  // arrival of each position; 0: none yet
+  std::array<double, kMaxAxes> displacement{};            // m or m³, the last that is known
+  std::array<int64_t, kMaxAxes> displacement_stamp_ns{};  // arrival of each; 0: none yet
   // Every axis has its reference, and its position is younger than the feedback timeout.
   bool all_known = false;
   bool all_enabled = false;   // every drive is in "operation enabled": commanded positions are followed
@@ -74,14 +74,14 @@ struct Command {
   bool reset = false;   // clear the latched fault and start the axes that had one afresh
   bool finish = false;  // with `enable` false: once all are disabled, end communication with the drives
   int axes = 0;
-  std::array<double, kMaxAxes> position{};  // displacement, m or m³; used once all drives are enabled
+  std::array<double, kMaxAxes> displacement{};  // m or m³; used once all drives are enabled
   std::array<double, kMaxAxes>
       effort{};  // N or Pa; for axes that follow efforts, as soon as they are enabled
 };
 
 /// The share of one axis in a Command.
 struct AxisTarget {
-  double position = 0, effort = 0;
+  double displacement = 0, effort = 0;
 };
 
 /// The controller's side of a drive protocol, for all axes: a state machine. No function waits.
@@ -118,7 +118,7 @@ class DriveMaster {
   virtual const Measurement& measure(BusHealth health, int64_t now_ns) noexcept = 0;
 
   /// Appends the frames of this cycle to `out`.
-  /// @param command  a position or effort that is not finite leaves its axis at its last target
+  /// @param command  a displacement or effort that is not finite leaves its axis at its last target
   /// Real-time: yes (bounded, no allocation).
   virtual void command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept = 0;
 

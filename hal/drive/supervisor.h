@@ -43,8 +43,8 @@ class Supervisor {
     for (int i = 0; i < m.axes; ++i) {
       Axis& axis = axes[i];
       axis.supervise(now_ns, last_sync_ns);
-      m.position[i] = axis.position();
-      m.position_stamp_ns[i] = axis.position_stamp_ns();
+      m.displacement[i] = axis.position();
+      m.displacement_stamp_ns[i] = axis.position_stamp_ns();
       m.all_known = m.all_known && axis.known(last_sync_ns);
       m.all_enabled = m.all_enabled && axis.enabled();
       m.all_disabled = m.all_disabled && axis.disabled();

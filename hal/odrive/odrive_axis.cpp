@@ -91,7 +91,7 @@ void OdriveAxis::drive(bool enable, bool may_begin, bool may_request, bool all_e
     case Phase::kEnteringClosedLoop:
       return wait_for_closed_loop(now_ns, out);
     case Phase::kOn:
-      return follow(all_enabled, target.position, out);
+      return follow(all_enabled, target.displacement, out);
   }
 }
 

@@ -113,7 +113,7 @@ void OdriveMaster::command(const Command& command, int64_t now_ns, FrameBatch& o
   for (int i = 0; i < known.axes; ++i) {
     const bool may_request = !axes_[i].ready_for_closed_loop() || ++requests <= kRequestsInOneCycle;
     axes_[i].drive(command.enable, may_begin, may_request, known.all_enabled,
-                   {command.position[i], command.effort[i]}, now_ns, out);
+                   {command.displacement[i], command.effort[i]}, now_ns, out);
   }
 }
 

@@ -57,7 +57,7 @@ struct RigOf {
       if (master_alive) master.receive(frame, frame.stamp_ns);
     if (master_alive) {
       measured = master.measure(controller.health(), now_ns);
-      if (follow_measured) command.position = measured.position;
+      if (follow_measured) command.displacement = measured.displacement;
       batch.clear();
       master.command(command, now_ns, batch);
       for (const Frame& out : batch) controller.send(out);

@@ -38,7 +38,7 @@ class ObedientDrives final : public hal::DriveMaster {
     out.push({.id = 0x080});
     measurement_.all_enabled = command.enable;
     measurement_.all_disabled = measurement_.finished = !command.enable;
-    if (command.enable) measurement_.position = command.position;
+    if (command.enable) measurement_.displacement = command.displacement;
     if (++commands_ == 100) std::this_thread::sleep_for(stall);
     if (commands_ == waste_at) waste();
   }

@@ -30,7 +30,7 @@ TEST_CASE("An axis is commanded the effort of the QP's solution", "[law]") {
   const Decision& decision = rig.step();
   CHECK(decision.command.effort[0] == Approx(0.02 / kCoupling));
   CHECK(decision.command.effort[0] == decision.lambda[0]);
-  CHECK(decision.command.position[0] == Approx(kCompliance * decision.lambda[0] + kFree));
+  CHECK(decision.command.displacement[0] == Approx(kCompliance * decision.lambda[0] + kFree));
 }
 
 TEST_CASE("While drives are enabled the efforts are those at which the model rests, within their limits",
@@ -46,7 +46,7 @@ TEST_CASE("While drives are enabled the efforts are those at which the model res
   const auto enabling = [&](double measured) -> const Decision& {
     rig.cycle.now_ns += testing::kMillisecond;
     testing::fill_snapshot(*rig.snapshot, rig.cycle.now_ns);
-    rig.measurement.position[0] = measured;
+    rig.measurement.displacement[0] = measured;
     return rig.controller.step(rig.measurement, rig.snapshot.get(), nullptr, rig.cycle);
   };
   while (enabling(0).phase != Phase::kEnabling) REQUIRE(rig.cycle.now_ns < 2'000 * testing::kMillisecond);
@@ -54,7 +54,7 @@ TEST_CASE("While drives are enabled the efforts are those at which the model res
   for (const double measured : {0.0, -0.2e-3, -0.4e-3}) {
     const Decision& decision = enabling(measured);
     CHECK(decision.command.effort[0] == Approx(expected));
-    CHECK(decision.command.position[0] == Approx(kCompliance * expected + kFree).margin(1e-12));
+    CHECK(decision.command.displacement[0] == Approx(kCompliance * expected + kFree).margin(1e-12));
     CHECK(decision.efforts_active);  // the model stays with the efforts, too
   }
   rig.cycle.now_ns += testing::kMillisecond;
@@ -66,7 +66,7 @@ TEST_CASE("While drives are enabled the efforts are those at which the model res
   const Decision& first = enabling(-0.4e-3);
   CHECK(first.phase == Phase::kRunning);
   CHECK(first.command.effort[0] == Approx(expected));
-  CHECK(first.command.position[0] == Approx(kCompliance * expected + kFree).margin(1e-12));
+  CHECK(first.command.displacement[0] == Approx(kCompliance * expected + kFree).margin(1e-12));
 }
 
 TEST_CASE("Only the model of a robot that follows efforts is led by them before it runs", "[unit]") {
@@ -111,7 +111,7 @@ TEST_CASE("A halt and a stop that holds leave the effort where it is", "[law]") 
       const Decision& decision = rig.step(false);
       CHECK(decision.faults.has(Fault::kQpIllPosed));
       CHECK(decision.command.effort[0] == moving.command.effort[0]);
-      CHECK(decision.command.position[0] == moving.command.position[0]);
+      CHECK(decision.command.displacement[0] == moving.command.displacement[0]);
     }
     CHECK(rig.step().command.effort[0] > moving.command.effort[0]);  // and on it goes
   }

@@ -17,7 +17,7 @@ using testing::Rig;
 TEST_CASE("The controller waits for positions, then for a model, then for the drives", "[unit]") {
   Rig rig;
   rig.measurement.all_known = false;
-  rig.measurement.position[0] = 0.003;
+  rig.measurement.displacement[0] = 0.003;
   const auto step = [&](const Snapshot* snapshot) {
     rig.cycle.now_ns += kMillisecond;
     return rig.controller.step(rig.measurement, snapshot, nullptr, rig.cycle);
@@ -29,12 +29,12 @@ TEST_CASE("The controller waits for positions, then for a model, then for the dr
   testing::fill_snapshot(*rig.snapshot, rig.cycle.now_ns);
   CHECK(step(rig.snapshot.get()).phase == Phase::kEnabling);
   CHECK(step(rig.snapshot.get()).command.enable);
-  CHECK(step(rig.snapshot.get()).command.position[0] == 0.003);  // it holds where the drive is
+  CHECK(step(rig.snapshot.get()).command.displacement[0] == 0.003);  // it holds where the drive is
   rig.measurement.all_enabled = true;
   rig.target.stamp_ns = rig.target.until_ns = rig.cycle.now_ns;
   const Decision first = rig.controller.step(rig.measurement, rig.snapshot.get(), &rig.target, rig.cycle);
   CHECK(first.phase == Phase::kRunning);
-  CHECK(first.command.position[0] == 0.003);  // even though a target is there already
+  CHECK(first.command.displacement[0] == 0.003);  // even though a target is there already
 }
 
 TEST_CASE("While running the effector goes to the target and the command is its length", "[law]") {
@@ -43,7 +43,7 @@ TEST_CASE("While running the effector goes to the target and the command is its 
   for (int k = 0; k < 100; ++k) rig.step();
   CHECK(decision.p_e[0] == Approx(0.02).margin(1e-9));
   CHECK(decision.lambda[0] == Approx(0.02 / kCoupling));
-  CHECK(decision.command.position[0] == Approx(kCompliance * 0.02 / kCoupling + kFree));
+  CHECK(decision.command.displacement[0] == Approx(kCompliance * 0.02 / kCoupling + kFree));
   CHECK(decision.faults.bits() == 0);
 }
 
@@ -98,7 +98,7 @@ std::pair<std::vector<double>, std::vector<std::uint32_t>> run_in(double unit) {
     rig.cycle.stop_requested = k > 200;
     rig.cycle.now_ns -= kMillisecond;
     const Decision& decision = rig.step(false, false);
-    result.first.push_back(decision.command.position[0] / unit);
+    result.first.push_back(decision.command.displacement[0] / unit);
     result.second.push_back(decision.faults.bits() << 8 | static_cast<std::uint32_t>(decision.phase));
   }
   return result;
@@ -121,12 +121,12 @@ TEST_CASE("The control law does not care in which unit displacements are counted
 TEST_CASE("No cable ever moves faster than its top speed", "[law]") {
   Rig rig;
   rig.step_until(Phase::kRunning);
-  double last = rig.measurement.position[0];
+  double last = rig.measurement.displacement[0];
   const double reach = rig.config.v_max[0] * rig.config.period_s;
   bool at_speed = false;
   for (int k = 0; k < 50; ++k) {
     rig.target.position[0] = k % 17 < 8 ? 0.03 : 0.0;  // jumps
-    const double now = rig.step().command.position[0];
+    const double now = rig.step().command.displacement[0];
     CHECK(std::abs(now - last) <= reach * (1 + 1e-12));
     at_speed = at_speed || std::abs(now - last) > 0.99 * reach;
     last = now;
@@ -140,8 +140,8 @@ TEST_CASE("A target out of reach brings the cable to its limit and not beyond", 
   rig.step_until(Phase::kRunning);
   for (int k = 0; k < 100; ++k) rig.step();
   const Decision& decision = rig.step();
-  CHECK(decision.command.position[0] == Approx(rig.config.l_max[0]));
-  CHECK(decision.command.position[0] <= rig.config.l_max[0]);
+  CHECK(decision.command.displacement[0] == Approx(rig.config.l_max[0]));
+  CHECK(decision.command.displacement[0] <= rig.config.l_max[0]);
   CHECK(decision.qp_status == qp::Status::kOptimal);
 }
 
@@ -154,7 +154,7 @@ TEST_CASE("Effort limits win over strokes that conflict with them, and the fault
   const Decision& decision = rig.step();
   CHECK(decision.faults.has(Fault::kQpSoftened));
   CHECK(decision.lambda[0] == Approx(4));
-  CHECK(decision.command.position[0] ==
+  CHECK(decision.command.displacement[0] ==
         Approx(rig.config.l_max[0]));  // and still no command beyond the stroke
 }
 
@@ -165,9 +165,9 @@ TEST_CASE("An actuator outside its stroke is led back as far as its effort allow
   config.a_max[0] = GENERATE(1.5, 5.0);
   Rig rig(config);
   rig.target.position[0] = 0;
-  double last = rig.step_until(Phase::kRunning).command.position[0];
+  double last = rig.step_until(Phase::kRunning).command.displacement[0];
   for (int k = 0; k < 100; ++k) {
-    const double now = rig.step().command.position[0];
+    const double now = rig.step().command.displacement[0];
     CHECK(now >= last);
     last = now;
   }
@@ -186,8 +186,8 @@ TEST_CASE("A stale snapshot holds the lengths until a fresh one comes", "[unit]"
     const Decision& decision = rig.step(false);
     const bool stale = k >= 50;
     CHECK(decision.faults.has(Fault::kSnapshotStale) == stale);
-    if (k >= 51) CHECK(decision.command.position[0] == held);
-    held = decision.command.position[0];
+    if (k >= 51) CHECK(decision.command.displacement[0] == held);
+    held = decision.command.displacement[0];
   }
   CHECK_FALSE(rig.step().faults.has(Fault::kSnapshotStale));
 }
@@ -220,7 +220,7 @@ TEST_CASE("A target that is stale, not finite or outside the workspace leaves th
     const Decision& decision = rig.step();
     CHECK(decision.faults.has(Fault::kTargetRefused));
     CHECK(decision.desired[0] == 0.02);
-    CHECK(std::isfinite(decision.command.position[0]));
+    CHECK(std::isfinite(decision.command.displacement[0]));
   }
   SECTION("outside") {
     rig.target.position[0] = 0.11;
@@ -239,7 +239,7 @@ TEST_CASE("A target that is stale, not finite or outside the workspace leaves th
 TEST_CASE("A QP that cannot be solved in time or at all holds the lengths", "[unit]") {
   Rig rig;
   rig.step_until(Phase::kRunning);
-  const double held = rig.step().command.position[0];
+  const double held = rig.step().command.displacement[0];
   rig.target.position[0] = 0.03;
   SECTION("ill-posed: the snapshot's matrices are not numbers") {
     testing::fill_snapshot(*rig.snapshot, rig.cycle.now_ns);
@@ -247,15 +247,15 @@ TEST_CASE("A QP that cannot be solved in time or at all holds the lengths", "[un
     const Decision& decision = rig.step(false);
     CHECK(decision.faults.has(Fault::kQpIllPosed));
     CHECK(decision.qp_solved);
-    CHECK(decision.command.position[0] == Approx(held).margin(1e-3));
-    CHECK(std::isfinite(decision.command.position[0]));
+    CHECK(decision.command.displacement[0] == Approx(held).margin(1e-3));
+    CHECK(std::isfinite(decision.command.displacement[0]));
   }
   SECTION("capped") {
     ControllerConfig config = testing::one_cable();
     config.iteration_cap = 0;
     Rig capped(config);
-    const double start = capped.step_until(Phase::kRunning).command.position[0];
-    for (int k = 0; k < 10; ++k) CHECK(capped.step().command.position[0] == start);
+    const double start = capped.step_until(Phase::kRunning).command.displacement[0];
+    for (int k = 0; k < 10; ++k) CHECK(capped.step().command.displacement[0] == start);
     CHECK(capped.step().faults.has(Fault::kQpCapped));
   }
 }
@@ -276,11 +276,11 @@ TEST_CASE("Late cycles stop the run only when there are too many in a row", "[un
 TEST_CASE("A stop takes the speed out on a ramp before the drives are disabled", "[law]") {
   Rig rig;
   rig.step_until(Phase::kRunning);
-  double last = rig.measurement.position[0];
+  double last = rig.measurement.displacement[0];
   double speed = 0;
   for (int k = 0; k < 5; ++k) {
     rig.target.position[0] += 0.001;
-    const double now = rig.step().command.position[0];
+    const double now = rig.step().command.displacement[0];
     speed = (now - last) / testing::kPeriod_s;
     last = now;
   }
@@ -289,11 +289,11 @@ TEST_CASE("A stop takes the speed out on a ramp before the drives are disabled",
   int ramp = 0;
   for (const Decision* d = &rig.step(); d->phase == Phase::kStopping; d = &rig.step(), ++ramp) {
     CHECK(d->command.enable);
-    const double now = (d->command.position[0] - last) / testing::kPeriod_s;
+    const double now = (d->command.displacement[0] - last) / testing::kPeriod_s;
     CHECK(now <= speed + 1e-9);
     CHECK(now >= -1e-9);
     speed = now;
-    last = d->command.position[0];
+    last = d->command.displacement[0];
     REQUIRE(ramp < 1000);
   }
   CHECK(ramp > 10);
@@ -310,18 +310,18 @@ TEST_CASE("A stop that relaxes lets the cable out to its rest length and never b
   config.l_min[0] = lowest;
   CAPTURE(goal, lowest);
   Rig rig(config);
-  rig.measurement.position[0] = std::max(0.0, lowest);
+  rig.measurement.displacement[0] = std::max(0.0, lowest);
   rig.target.position[0] = goal;
   rig.step_until(Phase::kRunning);
   for (int k = 0; k < 200; ++k) rig.step();
   const double rest = std::max(0.0, lowest);
-  double distance = std::abs(rig.step().command.position[0] - rest);
+  double distance = std::abs(rig.step().command.displacement[0] - rest);
   REQUIRE(distance > 5e-4);
-  const double side = rig.measurement.position[0] - rest;
+  const double side = rig.measurement.displacement[0] - rest;
   rig.cycle.stop_requested = true;
   int cycles = 0;
   for (const Decision* d = &rig.step(); d->phase == Phase::kStopping; d = &rig.step()) {
-    const double now = d->command.position[0] - rest;
+    const double now = d->command.displacement[0] - rest;
     CHECK(now * side >= -1e-15);
     CHECK(std::abs(now) <= distance + 1e-15);
     distance = std::abs(now);
@@ -333,17 +333,17 @@ TEST_CASE("A stop that relaxes lets the cable out to its rest length and never b
 TEST_CASE("A hold takes the speed out on a ramp too", "[law]") {
   Rig rig;
   rig.step_until(Phase::kRunning);
-  double last = rig.measurement.position[0];
+  double last = rig.measurement.displacement[0];
   for (int k = 0; k < 5; ++k) {
     rig.target.position[0] += 0.001;
-    last = rig.step().command.position[0];
+    last = rig.step().command.displacement[0];
   }
   testing::fill_snapshot(*rig.snapshot, rig.cycle.now_ns);
   rig.snapshot->p_e_free[0] = NAN;  // every QP from here on is refused
   double speed = rig.config.v_max[0];
   int moving = 0;
   for (int k = 0; k < 40; ++k) {
-    const double now = rig.step(false).command.position[0];
+    const double now = rig.step(false).command.displacement[0];
     CHECK((now - last) / testing::kPeriod_s <= speed + 1e-9);
     speed = (now - last) / testing::kPeriod_s;
     moving += speed > 1e-9;
@@ -456,7 +456,7 @@ TEST_CASE("A step of the largest robot makes no heap call in any phase", "[rt]")
     const Decision& decision = controller.step(measurement, snapshot.get(), &target, cycle);
     phases |= 1 << static_cast<int>(decision.phase);
     iterations = std::max(iterations, decision.qp_iterations);
-    measurement.position = decision.command.position;
+    measurement.displacement = decision.command.displacement;
     measurement.finished = decision.command.finish;
   }
   CHECK(heap.calls() == 0);

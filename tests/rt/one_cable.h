@@ -73,7 +73,7 @@ struct Rig {
     const Decision& decision = controller.step(measurement, snapshot.get(), &target, cycle);
     measurement.all_enabled = decision.command.enable;
     measurement.all_disabled = measurement.finished = !decision.command.enable;
-    if (decision.command.enable) measurement.position[0] = decision.command.position[0];
+    if (decision.command.enable) measurement.displacement[0] = decision.command.displacement[0];
     return decision;
   }
   const Decision& step_until(Phase phase) {

@@ -154,7 +154,7 @@ class SerialMaster final : public DriveMaster {
         SerialAxis& axis = axes_[first + k];
         axis.want(command.enable, now_ns);
         if (command.finish) axis.finish();
-        axis.append_target(follows, command.position[first + k], packet.data,
+        axis.append_target(follows, command.displacement[first + k], packet.data,
                            kFlagBytes + static_cast<int>(k) * kTargetBytes);
       }
       out.push(packet);

@@ -23,12 +23,12 @@ JogConfig two_millimetres() {
 
 /// A drive that is where it was told to be a cycle ago, as long as it is enabled.
 struct Drive {
-  explicit Drive(double position) { measurement.position[0] = position; }
+  explicit Drive(double position) { measurement.displacement[0] = position; }
 
   void follow(const hal::Command& command) {
     measurement.axes = 1;
     measurement.all_known = true;
-    if (measurement.all_enabled && !blocked) measurement.position[0] = command.position[0];
+    if (measurement.all_enabled && !blocked) measurement.displacement[0] = command.displacement[0];
     measurement.all_enabled = command.enable;
     measurement.all_disabled = measurement.finished = command.finish;
   }
@@ -49,7 +49,7 @@ std::vector<double> run(Jog& jog, Drive& drive, double stop_at_s = 1e9) {
   for (int k = 0; k < 100'000 && phase != rt::Phase::kStopped; ++k) {
     const rt::Decision& decision = step(jog, drive, k * kPeriod >= stop_at_s);
     phase = decision.phase;
-    commands.push_back(decision.command.position[0]);
+    commands.push_back(decision.command.displacement[0]);
     drive.follow(decision.command);
   }
   REQUIRE(phase == rt::Phase::kStopped);
@@ -65,7 +65,7 @@ TEST_CASE("A jog ends where it was asked to, either way, and the drive is let go
     run(jog, drive);
     CHECK(jog.ending() == Jog::Ending::kArrived);
     CHECK(jog.start() == 1e-3);
-    CHECK(drive.measurement.position[0] == Approx(1e-3 + distance).margin(1e-12));
+    CHECK(drive.measurement.displacement[0] == Approx(1e-3 + distance).margin(1e-12));
     CHECK_FALSE(drive.measurement.all_enabled);
   }
 }
@@ -121,7 +121,7 @@ TEST_CASE("An axis whose position is not a number is let go", "[unit]") {
   Drive drive(0);
   for (int k = 0; k < 100; ++k) drive.follow(step(jog, drive).command);
   REQUIRE(step(jog, drive).phase == rt::Phase::kRunning);
-  drive.measurement.position[0] = std::nan("");
+  drive.measurement.displacement[0] = std::nan("");
   CHECK_FALSE(step(jog, drive).command.enable);
   CHECK(jog.ending() == Jog::Ending::kStrayed);
 }

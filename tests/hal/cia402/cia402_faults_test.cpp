@@ -27,7 +27,7 @@ std::function<bool(int, Frame&)> refusing(ObjectAddress object, SdoAbort reason,
 TEST_CASE("When the master is gone every drive stops by itself and says so", "[unit]") {
   EnabledRig rig(config_of(4));
   rig.follow_measured = false;
-  rig.command.position.fill(1.0);  // on their way for long
+  rig.command.displacement.fill(1.0);  // on their way for long
   rig.run_for(20 * kMillisecond_ns);
   rig.master_alive = false;
   rig.run_for(200 * kMillisecond_ns);
@@ -65,10 +65,10 @@ TEST_CASE("A drive that falls silent is a fault with its axis, and the others go
              Catch::Contains("axis 2 'cable 2' (node 3)") && Catch::Contains("lost"));
   CHECK_FALSE(rig.measured.all_enabled);
   rig.follow_measured = false;
-  rig.command.position = rig.measured.position;
-  rig.command.position[0] += 5e-3;
+  rig.command.displacement = rig.measured.displacement;
+  rig.command.displacement[0] += 5e-3;
   rig.run_for(100 * kMillisecond_ns);
-  CHECK(rig.measured.position[0] == Approx(rig.command.position[0]).margin(1e-6));
+  CHECK(rig.measured.displacement[0] == Approx(rig.command.displacement[0]).margin(1e-6));
   CHECK(rig.measured.fault.axis == 2);  // stays latched
 
   rig.plugs[2]->set_plugged(true);
@@ -378,7 +378,7 @@ TEST_CASE("A position counts from its arrival, not from when it was read", "[uni
   EnabledRig rig(config_of(1), kDelay_ns);
   // Sent half a period before the cycle that reads it.
   const int64_t arrival_ns = rig.measured.stamp_ns - kPeriod_ns + kPeriod_ns / 2 + kDelay_ns;
-  CHECK(rig.measured.position_stamp_ns[0] == arrival_ns);
+  CHECK(rig.measured.displacement_stamp_ns[0] == arrival_ns);
 }
 
 }  // namespace tendril::hal::cia402_faults_test

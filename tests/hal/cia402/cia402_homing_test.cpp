@@ -51,7 +51,7 @@ TEST_CASE("An axis is homed before its position is known, and enabling then move
   REQUIRE_FALSE(rig.faulted());
   CHECK(has_searched);
   CHECK(rig.drives[0].position() == Approx(0).margin(kEdge));
-  CHECK(rig.measured.position[0] == Approx(3e-3).margin(kEdge * kCount));
+  CHECK(rig.measured.displacement[0] == Approx(3e-3).margin(kEdge * kCount));
 
   const auto from = static_cast<int>(rig.traffic.size());
   REQUIRE(rig.enable());
@@ -60,7 +60,7 @@ TEST_CASE("An axis is homed before its position is known, and enabling then move
     if (const auto rpdo = decode_drive_command(0x201, rig.traffic[k])) CHECK(std::abs(rpdo->target) <= kEdge);
   CHECK(rig.drives[0].position() == Approx(0).margin(kEdge));
   rig.follow_measured = false;
-  rig.command.position[0] = 4e-3;
+  rig.command.displacement[0] = 4e-3;
   rig.run_for(100 * kMillisecond_ns);
   CHECK(rig.drives[0].position() == Approx(1e-3 / kCount).margin(1));
 }
@@ -70,7 +70,7 @@ TEST_CASE("Homing in place takes the present position for the zero", "[unit]") {
   cia402_settings(config.axes[0]).homing.method = static_cast<int8_t>(GENERATE(35, 37));
   cia402_settings(config.axes[0]).referenced_bit = kBit;
   EnabledRig rig(config);
-  CHECK(rig.measured.position[0] == 0);
+  CHECK(rig.measured.displacement[0] == 0);
   CHECK(rig.drives[0].position() == 1000);
 }
 
@@ -153,7 +153,7 @@ TEST_CASE("Homing that does not end is a time-out, and a reset homes again", "[u
   rig.cycle();
   rig.command.reset = false;
   CHECK(rig.run_until([&] { return rig.measured.all_known; }));
-  CHECK(rig.measured.position[0] == Approx(0).margin(kEdge * kCount));
+  CHECK(rig.measured.displacement[0] == Approx(0).margin(kEdge * kCount));
 }
 
 TEST_CASE("A drive fault in the middle of homing is told as what it is", "[unit]") {
@@ -233,7 +233,7 @@ TEST_CASE("A drive that tells that it still has its reference is not homed again
   if (tells) cia402_settings(config.axes[0]).referenced_bit = kBit;
   EnabledRig rig(config);
   rig.follow_measured = false;
-  rig.command.position[0] = 5e-3;
+  rig.command.displacement[0] = 5e-3;
   rig.run_for(100 * kMillisecond_ns);
   const double moved = rig.drives[0].position();
   CHECK(moved == Approx(5e-3 / kCount).margin(1));
@@ -244,7 +244,7 @@ TEST_CASE("A drive that tells that it still has its reference is not homed again
   REQUIRE(successor.enable());
   CHECK((successor.find("601#2F60600006000000") >= 0) == !tells);
   CHECK(successor.drives[0].position() == Approx(tells ? moved : 0).margin(kEdge));
-  CHECK(successor.measured.position[0] == Approx(tells ? 5e-3 : 0).margin(kEdge * kCount));
+  CHECK(successor.measured.displacement[0] == Approx(tells ? 5e-3 : 0).margin(kEdge * kCount));
 }
 
 }  // namespace tendril::hal::cia402_homing_test

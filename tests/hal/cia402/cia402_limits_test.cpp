@@ -81,10 +81,10 @@ TEST_CASE("Soft limits are those of the displacement, the right way round on a r
   CHECK(written(rig, 2, {0x607D, 2}) == low);
   rig.follow_measured = false;
   for (const double beyond : {20e-3, -20e-3}) {
-    rig.command.position.fill(beyond);
+    rig.command.displacement.fill(beyond);
     rig.run_for(100 * kMillisecond_ns);
     for (int i = 0; i < 2; ++i)
-      CHECK(rig.measured.position[i] == Approx(beyond > 0 ? 5e-3 : -3e-3).margin(kCount));
+      CHECK(rig.measured.displacement[i] == Approx(beyond > 0 ? 5e-3 : -3e-3).margin(kCount));
   }
 }
 
@@ -112,16 +112,16 @@ TEST_CASE("An axis found outside its limits does not jump at enabling, is led ba
   for (int i = 0; i < 2; ++i) CHECK(rig.drives[i].position() == 1000 * (i + 1));
 
   rig.follow_measured = false;
-  rig.command.position.fill(0.2e-3);
+  rig.command.displacement.fill(0.2e-3);
   rig.run_for(100 * kMillisecond_ns);
-  for (int i = 0; i < 2; ++i) CHECK(rig.measured.position[i] == Approx(0.2e-3).margin(kCount));
+  for (int i = 0; i < 2; ++i) CHECK(rig.measured.displacement[i] == Approx(0.2e-3).margin(kCount));
   rig.command.enable = false;
   REQUIRE(rig.run_until([&] { return rig.measured.all_disabled; }));
   rig.command.enable = true;
   REQUIRE(rig.run_until([&] { return rig.measured.all_enabled; }));
-  rig.command.position.fill(2e-3);
+  rig.command.displacement.fill(2e-3);
   rig.run_for(100 * kMillisecond_ns);
-  for (int i = 0; i < 2; ++i) CHECK(rig.measured.position[i] == Approx(0.5e-3).margin(kCount));
+  for (int i = 0; i < 2; ++i) CHECK(rig.measured.displacement[i] == Approx(0.5e-3).margin(kCount));
 }
 
 TEST_CASE("A drive without soft limits is a fault that names them, unless it is not to have any", "[unit]") {
@@ -154,11 +154,11 @@ TEST_CASE("A drive that cannot follow gives up at the window that it was told", 
   CHECK_FALSE(written(rig, 2, {0x6065, 0}));
   for (SimulatedCia402Drive& drive : rig.drives) drive.set_jammed(true);
   rig.follow_measured = false;
-  const auto start = rig.command.position;
-  for (int i = 0; i < 2; ++i) rig.command.position[i] = start[i] + 0.99e-3;
+  const auto start = rig.command.displacement;
+  for (int i = 0; i < 2; ++i) rig.command.displacement[i] = start[i] + 0.99e-3;
   rig.run_for(50 * kMillisecond_ns);
   CHECK_FALSE(rig.faulted());
-  for (int i = 0; i < 2; ++i) rig.command.position[i] = start[i] + 1.01e-3;
+  for (int i = 0; i < 2; ++i) rig.command.displacement[i] = start[i] + 1.01e-3;
   const DriveFault fault = rig.fault(50 * kMillisecond_ns);
   CHECK(fault.kind == FaultKind::kDriveFault);
   CHECK(fault.axis == 0);

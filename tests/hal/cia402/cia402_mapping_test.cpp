@@ -42,9 +42,9 @@ TEST_CASE("A mapping that is to stay as found is read, never written, and serves
           request && is_pdo_object(request->object.index))
         CHECK(request->kind == SdoRequest::Kind::kRead);
   rig.follow_measured = false;
-  rig.command.position.fill(3e-3);
+  rig.command.displacement.fill(3e-3);
   rig.run_for(100'000'000);
-  for (int i = 0; i < 2; ++i) CHECK(rig.measured.position[i] == Approx(3e-3).margin(1e-6));
+  for (int i = 0; i < 2; ++i) CHECK(rig.measured.displacement[i] == Approx(3e-3).margin(1e-6));
 }
 
 TEST_CASE("What differs in a mapping as found is told in words, entry by entry", "[unit]") {

@@ -89,9 +89,9 @@ TEST_CASE("Any of the four pairs of PDOs serves an axis, with COB-IDs of its own
   cia402_settings(config.axes[1]).pdo = 4;
   EnabledRig rig(config);
   rig.follow_measured = false;
-  rig.command.position.fill(3e-3);
+  rig.command.displacement.fill(3e-3);
   rig.run_for(100 * kMillisecond_ns);
-  for (int i = 0; i < 2; ++i) CHECK(rig.measured.position[i] == Approx(3e-3).margin(1e-6));
+  for (int i = 0; i < 2; ++i) CHECK(rig.measured.displacement[i] == Approx(3e-3).margin(1e-6));
   for (const Frame& frame : rig.traffic) {
     const bool pdo = frame.id >= 0x180 && frame.id < 0x580;
     CHECK((!pdo || frame.id == 0x442 || frame.id == 0x3C2 || frame.id == 0x502 || frame.id == 0x482));
@@ -106,7 +106,7 @@ TEST_CASE("Displacements are known before anything is enabled", "[unit]") {
   for (int i = 0; i < 4; ++i) {
     CAPTURE(i);
     const double sign = i % 2 == 1 ? -1 : 1;
-    CHECK(rig.measured.position[i] == Approx(sign * 1000 * (i + 1) * 0.0628 / 65536));
+    CHECK(rig.measured.displacement[i] == Approx(sign * 1000 * (i + 1) * 0.0628 / 65536));
     CHECK(rig.drives[i].state() == DriveState::kSwitchOnDisabled);
   }
   rig.run_for(1'000 * kMillisecond_ns);
@@ -117,7 +117,7 @@ TEST_CASE("Enabling is no jump: the target is the position before 0F and until a
   Rig rig(config_of(4));
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
   rig.follow_measured = false;
-  rig.command.position.fill(0.5);  // far away: must not be followed before all are enabled
+  rig.command.displacement.fill(0.5);  // far away: must not be followed before all are enabled
   rig.command.enable = true;
   const auto from = static_cast<int>(rig.traffic.size());
   int slow = 50;  // cycles for which the last drive says "switched on" and no more
@@ -163,27 +163,27 @@ TEST_CASE("Enabled drives follow the commanded lengths, each in its own sense", 
   EnabledRig rig(config_of(4));
   rig.follow_measured = false;
   for (int step = 0; step <= 300; ++step) {
-    for (int i = 0; i < 4; ++i) rig.command.position[i] = 1e-3 * i + 20e-3 * step / 300;
+    for (int i = 0; i < 4; ++i) rig.command.displacement[i] = 1e-3 * i + 20e-3 * step / 300;
     rig.cycle();
   }
   rig.run_for(100 * kMillisecond_ns);
   for (int i = 0; i < 4; ++i) {
-    CHECK(rig.measured.position[i] == Approx(20e-3 + 1e-3 * i).margin(1e-6));
+    CHECK(rig.measured.displacement[i] == Approx(20e-3 + 1e-3 * i).margin(1e-6));
     CHECK((rig.drives[i].position() > 0) == (i % 2 == 0));
   }
   CHECK_FALSE(rig.faulted());
-  rig.command.position.fill(std::nan(""));
+  rig.command.displacement.fill(std::nan(""));
   rig.run_for(10 * kMillisecond_ns);
-  CHECK(rig.measured.position[0] == Approx(20e-3).margin(1e-6));  // holds
+  CHECK(rig.measured.displacement[0] == Approx(20e-3).margin(1e-6));  // holds
 }
 
 TEST_CASE("Frames that arrive a cycle late change nothing but the lag", "[unit]") {
   EnabledRig rig(config_of(4), 2 * kPeriod_ns + 1);
   rig.follow_measured = false;
-  rig.command.position.fill(10e-3);
+  rig.command.displacement.fill(10e-3);
   rig.run_for(500 * kMillisecond_ns);
   CHECK_FALSE(rig.faulted());
-  CHECK(rig.measured.position[3] == Approx(10e-3).margin(1e-6));
+  CHECK(rig.measured.displacement[3] == Approx(10e-3).margin(1e-6));
 }
 
 TEST_CASE("Thirty-two drives start a few at a time", "[unit]") {

@@ -89,14 +89,14 @@ void check_positions(const MasterConfig& config, const auto& position_id, uint8_
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
   const int64_t now_ns = rig.bus.time_ns();
   for (uint32_t id = 0; id < kIdentifiers; ++id) {
-    const std::array<int64_t, kMaxAxes> before = rig.measured.position_stamp_ns;
+    const std::array<int64_t, kMaxAxes> before = rig.measured.displacement_stamp_ns;
     const int64_t stamp_ns = now_ns + id + 1;
     for (const bool extended : {true, false})
       rig.master.receive({.id = id, .extended = extended, .length = length}, extended ? 1 : stamp_ns);
     rig.measured = rig.master.measure(BusHealth::kActive, now_ns);
     for (int i = 0; i < kMaxAxes; ++i) {
       const int64_t expected = id == position_id(config.axes[i]) ? stamp_ns : before[i];
-      if (rig.measured.position_stamp_ns[i] != expected) FAIL("identifier " << id << ", axis " << i);
+      if (rig.measured.displacement_stamp_ns[i] != expected) FAIL("identifier " << id << ", axis " << i);
     }
   }
 }

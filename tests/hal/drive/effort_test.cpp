@@ -97,8 +97,8 @@ TEMPLATE_TEST_CASE("An axis that follows an effort comes to rest where its load 
   CHECK(rig.tension(1) == Approx(4).epsilon(kHeld));
   rig.follow_measured = false;
   rig.command.effort = {20, 2, NAN};
-  rig.command.position[2] = rig.displacement(2) + 1e-3;
-  const double goal = rig.command.position[2];
+  rig.command.displacement[2] = rig.displacement(2) + 1e-3;
+  const double goal = rig.command.displacement[2];
   rig.pull_for(1'000 * kMillisecond_ns);
   CHECK(rig.tension(0) == Approx(20).epsilon(kHeld));
   CHECK(rig.tension(1) == Approx(2).epsilon(kHeld));

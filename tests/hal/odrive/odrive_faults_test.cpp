@@ -14,7 +14,7 @@ TEST_CASE("When the master is gone the watchdog of every axis stops it", "[unit]
   const OdriveFirmware firmware = GENERATE(OdriveFirmware::k0_5, OdriveFirmware::k0_6);
   EnabledOdriveRig rig(odrive_config_of(4, firmware));
   rig.follow_measured = false;
-  for (double& position : rig.command.position) position = 50;  // on their way for long
+  for (double& position : rig.command.displacement) position = 50;  // on their way for long
   rig.run_for(20 * kMillisecond_ns);
   rig.master_alive = false;
   rig.run_for(300 * kMillisecond_ns);
@@ -51,10 +51,10 @@ TEST_CASE("An ODrive axis that falls silent is a fault with its name, and the ot
   CHECK(fault.axis == 2);
   CHECK(rig.master.describe(fault) == "axis 2 'cable 2' (node 2): position feedback lost");
   rig.follow_measured = false;
-  rig.command.position = rig.measured.position;
-  rig.command.position[0] += 5e-3;
+  rig.command.displacement = rig.measured.displacement;
+  rig.command.displacement[0] += 5e-3;
   rig.run_for(400 * kMillisecond_ns);
-  CHECK(rig.measured.position[0] == Approx(rig.command.position[0]).margin(1e-5));
+  CHECK(rig.measured.displacement[0] == Approx(rig.command.displacement[0]).margin(1e-5));
   CHECK(rig.measured.fault.axis == 2);          // stays latched
   CHECK(rig.drives[2].state() == kOdriveIdle);  // by its watchdog
 
@@ -153,7 +153,7 @@ TEST_CASE("An axis without a reference refuses, never moves, and the reason is t
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
   rig.command.enable = true;
   rig.follow_measured = false;
-  rig.command.position.fill(1);
+  rig.command.displacement.fill(1);
   const DriveFault fault = rig.fault();
   CHECK(rig.master.describe(fault) == std::string("axis 1 'cable 1' (node 1): ") + words);
   rig.run_for(500 * kMillisecond_ns);

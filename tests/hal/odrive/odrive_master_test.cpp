@@ -18,7 +18,7 @@ TEST_CASE("Positions of ODrive axes are known before anything is enabled", "[uni
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
   CHECK(rig.measured.all_disabled);
   CHECK_FALSE(rig.measured.all_enabled);
-  for (int i = 0; i < 4; ++i) CHECK(rig.measured.position[i] == Approx(start_of(i)));
+  for (int i = 0; i < 4; ++i) CHECK(rig.measured.displacement[i] == Approx(start_of(i)));
   rig.run_for(1'000 * kMillisecond_ns);
   CHECK_FALSE(rig.faulted());
   for (const SimulatedOdriveDrive& drive : rig.drives) CHECK(drive.state() == kOdriveIdle);
@@ -55,7 +55,7 @@ TEST_CASE("Enabling ODrive axes is no jump, whatever is commanded before all are
   OdriveRig rig(odrive_config_of(4), delay_ns);
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
   rig.follow_measured = false;
-  rig.command.position.fill(0.5);  // far away
+  rig.command.displacement.fill(0.5);  // far away
   rig.command.enable = true;
   int slow = 3;  // heartbeats in which the last axis is still idle
   rig.tamper = [&slow](int axis, Frame& frame) {
@@ -77,20 +77,20 @@ TEST_CASE("Enabled ODrive axes follow the commanded lengths, each in its own sen
   EnabledOdriveRig rig(odrive_config_of(4, firmware));
   rig.follow_measured = false;
   for (int step = 0; step <= 600; ++step) {
-    for (int i = 0; i < 4; ++i) rig.command.position[i] = start_of(i) + 20e-3 * step / 600;
+    for (int i = 0; i < 4; ++i) rig.command.displacement[i] = start_of(i) + 20e-3 * step / 600;
     rig.cycle();
     // 20 mm/s, of which an axis that was not told the velocity would lag 50 ms behind.
     if (step > 300)
       for (int i = 0; i < 4; ++i)
         CHECK(rig.drives[i].position() * (i % 2 == 1 ? -0.0628 : 0.0628) ==
-              Approx(rig.command.position[i]).margin(1e-4));
+              Approx(rig.command.displacement[i]).margin(1e-4));
   }
   rig.run_for(500 * kMillisecond_ns);
-  for (int i = 0; i < 4; ++i) CHECK(rig.measured.position[i] == Approx(start_of(i) + 20e-3).margin(1e-6));
+  for (int i = 0; i < 4; ++i) CHECK(rig.measured.displacement[i] == Approx(start_of(i) + 20e-3).margin(1e-6));
   CHECK_FALSE(rig.faulted());
-  rig.command.position.fill(std::nan(""));
+  rig.command.displacement.fill(std::nan(""));
   rig.run_for(100 * kMillisecond_ns);
-  CHECK(rig.measured.position[0] == Approx(start_of(0) + 20e-3).margin(1e-6));  // holds
+  CHECK(rig.measured.displacement[0] == Approx(start_of(0) + 20e-3).margin(1e-6));  // holds
 }
 
 TEST_CASE("Each axis gets one frame a cycle once it is enabled", "[unit]") {
@@ -165,7 +165,7 @@ TEST_CASE("Frames of strangers change nothing for ODrive axes", "[unit]") {
   rig.run_for(20 * kMillisecond_ns);
   CHECK_FALSE(rig.faulted());
   CHECK(rig.measured.all_enabled);
-  CHECK(std::isfinite(rig.measured.position[0]));
+  CHECK(std::isfinite(rig.measured.displacement[0]));
 }
 
 TEST_CASE("Sensors are heard beside ODrive axes", "[unit]") {
