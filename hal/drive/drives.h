@@ -102,7 +102,7 @@ class DriveMaster {
   /// Real-time: no (allocates).
   virtual std::vector<uint32_t> identifiers() const = 0;
 
-  /// Takes in one frame of the bus; frames of others are ignored.
+  /// Processes one frame of the bus; frames for other nodes are ignored.
   /// @param arrival_ns  when it arrived, which may be well before it was read
   /// Real-time: yes (bounded, no allocation).
   virtual void receive(const Frame& frame, int64_t arrival_ns) noexcept = 0;
