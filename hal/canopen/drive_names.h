@@ -17,7 +17,7 @@ class DriveNames {
   /// Begins to read them. Real-time: yes.
   void start() noexcept;
 
-  /// Takes in an answer of the drive. Real-time: yes.
+  /// Processes an answer of the drive. Real-time: yes.
   void receive(const SdoAnswer& answer) noexcept { upload_.receive(answer); }
 
   /// Sends the next request if one is due: at most one frame.

@@ -43,7 +43,7 @@ class SdoSequence {
   /// Begins a list, which must outlive its execution. Real-time: yes.
   void start(std::span<const SdoStep> steps) noexcept;
 
-  /// Takes in an answer of the drive; one that belongs to no open request is ignored. Real-time: yes.
+  /// Processes an answer of the drive; one that belongs to no open request is ignored. Real-time: yes.
   void receive(const SdoAnswer& answer) noexcept;
 
   /// Sends the next request if one is due: at most one frame. Real-time: yes (bounded, no allocation).

@@ -27,7 +27,7 @@ class SdoUpload {
   /// Begins to read an object; the text of the last one is dropped. Real-time: yes.
   void start(ObjectAddress object) noexcept;
 
-  /// Takes in an answer of the drive; one that belongs to no open request is ignored. Real-time: yes.
+  /// Processes an answer of the drive; one that belongs to no open request is ignored. Real-time: yes.
   void receive(const SdoAnswer& answer) noexcept;
 
   /// Sends the next request or abort if one is due: at most one frame. Real-time: yes (bounded, no

@@ -8,7 +8,7 @@
 namespace tendril::hal {
 namespace {
 
-// The error code as the drive keeps it, whatever it is.
+// Reads the error code; no value is expected.
 const SdoStep kReadErrorCode[] = {
     {{SdoRequest::Kind::kRead, {0x603F, 0}, 0, 0}, 0, 0, false, Tolerance::kNone}};
 

@@ -24,7 +24,7 @@ class Cia402Axis {
   /// Real-time: no (allocates).
   Cia402Axis(const AxisConfig& axis, const MasterConfig& config);
 
-  /// Takes in a frame if it is one of this drive's.
+  /// Processes a frame if it belongs to this drive.
   void receive(const Frame& frame, int64_t arrival_ns) noexcept;
 
   /// Judges the time-outs.
@@ -41,7 +41,7 @@ class Cia402Axis {
   void drive(Task task, bool may_begin, bool all_enabled, const AxisTarget& target, int64_t now_ns,
              FrameBatch& out) noexcept;
 
-  /// Starts afresh from the communication reset, whatever the axis did.
+  /// Starts again from the communication reset.
   void restart() noexcept;
 
   /// Takes the drive, which is disabled, out of NMT operational and ends its heartbeat consumer, as soon as

@@ -138,8 +138,8 @@ uint16_t Cia402PowerControl::next_word(bool faulty, int64_t now_ns) noexcept {
   return faulty ? kDisableVoltage : next_controlword(state_, DriveState::kSwitchOnDisabled);
 }
 
-/// A torque is in the RPDO before the power is on, so that nothing sags at enabling; a position is not, 607A
-/// follows 6064 until then, so that nothing jumps.
+/// A torque is in the RPDO before the power is on, so that the load moves nothing at enabling; a position is
+/// not, 607A follows 6064 until then, so that nothing jumps.
 Frame Cia402PowerControl::rpdo(bool all_enabled, const AxisTarget& target) noexcept {
   if (follows_effort_) {
     const double thousandths = std::round(1e3 * scale_.to_torque(target.effort) / rated_torque_);

@@ -34,10 +34,10 @@ class Cia402PowerControl {
   /// Real-time: no (allocates).
   Cia402PowerControl(const AxisConfig& axis, const MasterConfig& config);
 
-  /// Takes in a TPDO.
+  /// Processes a TPDO.
   DriveFault on_feedback(const DriveFeedback& feedback, int64_t arrival_ns) noexcept;
 
-  /// Takes in the error code of an EMCY; 0: the error is gone. @return a fault where the drive has power
+  /// Processes the error code of an EMCY; 0: the error is gone. @return a fault where the drive has power
   DriveFault on_emergency(uint16_t code) noexcept;
 
   /// Judges the time-outs.
@@ -49,7 +49,7 @@ class Cia402PowerControl {
   DriveFault prepare(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
 
   /// Decides the controlword of this cycle and may begin SDO transfers. Only where the position is known.
-  /// @param faulty       the axis has a fault: it is disabled, whatever the task
+  /// @param faulty       the axis has a fault: it is disabled with any task
   /// @param may_begin    whether a drive that is off may begin to be enabled now
   /// @param all_enabled  whether every drive is, so that targets are followed
   /// @return             the RPDO
@@ -59,7 +59,7 @@ class Cia402PowerControl {
   /// Ends enabling and homing, as after a fault; the next `command` begins to disable the drive.
   void stop() noexcept;
 
-  /// Starts afresh with nothing known of the drive.
+  /// Starts again with nothing known of the drive.
   void restart() noexcept;
 
   bool preparing() const noexcept { return phase_ == Phase::kPreparing; }

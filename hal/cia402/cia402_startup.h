@@ -29,10 +29,10 @@ class Cia402Startup {
   /// Real-time: no (allocates).
   Cia402Startup(const AxisConfig& axis, const MasterConfig& config);
 
-  /// Takes in a heartbeat or boot-up message.
+  /// Processes a heartbeat or boot-up message.
   DriveFault on_heartbeat(NmtState state, int64_t arrival_ns, SdoSequence& sdo) noexcept;
 
-  /// Takes in an SDO answer.
+  /// Processes an SDO answer.
   void on_sdo_answer(const SdoAnswer& answer, SdoSequence& sdo) noexcept;
 
   /// Judges the heartbeat, and the time that the NMT start takes. Only where the drive is `synchronous`.
@@ -41,7 +41,7 @@ class Cia402Startup {
   /// Goes on, where the drive is not running: at most one frame of SDO and one of NMT.
   DriveFault advance(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
 
-  /// Starts afresh from the reset of communication.
+  /// Starts again from the reset of communication.
   void restart() noexcept { stage_ = Stage::kReset; }
 
   /// Stays where it is until `restart`.

@@ -28,7 +28,7 @@ class SimulatedCia402Drive {
   /// Powers the drive on; its boot-up message comes with the first `advance`. Real-time: yes.
   explicit SimulatedCia402Drive(const SimulatedCia402Spec& spec) noexcept;
 
-  /// Takes in a frame at an instant and appends the answers; frames of others are ignored.
+  /// Processes a frame at an instant and appends the answers; frames for other nodes are ignored.
   /// @param now_ns  never before an earlier call's
   /// Real-time: yes (bounded, no allocation).
   void receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept;
@@ -37,8 +37,8 @@ class SimulatedCia402Drive {
   /// Real-time: yes (bounded, no allocation).
   void advance(int64_t now_ns, FrameBatch& out) noexcept;
 
-  /// Position of the axis, counts from the zero of SimulatedCia402Spec, with its fraction, whatever its
-  /// encoder says. Real-time: yes.
+  /// Position of the axis, counts from the zero of SimulatedCia402Spec, with its fraction; not the value of
+  /// its encoder. Real-time: yes.
   double position() const noexcept { return motion_.position(); }
 
   /// State of the power drive system. Real-time: yes.
@@ -96,7 +96,7 @@ class SimulatedCia402Drive {
   uint16_t injected_fault_ = 0;
   int64_t now_ns_ = 0;
   int64_t next_heartbeat_ns_ = 0;
-  int64_t master_seen_ns_ = -1;  // -1: the master is not monitored, for want of its first heartbeat
+  int64_t master_seen_ns_ = -1;  // -1: not monitored before its first heartbeat
 };
 
 }  // namespace tendril::hal

@@ -50,7 +50,7 @@ class SimulatedCia402Motion {
   /// Torque actual value (6077), thousandths of the rated torque.
   int16_t actual_torque() const noexcept;
 
-  /// Position, counts from the zero of SimulatedCia402Spec, with its fraction, whatever its encoder says.
+  /// Position, counts from the zero of SimulatedCia402Spec, with its fraction; not the value of its encoder.
   double position() const noexcept { return servo_.position(); }
 
   void set_jammed(bool jammed) noexcept { servo_.set_jammed(jammed); }  ///< As SimulatedServo.

@@ -78,7 +78,7 @@ constexpr SimulatedEntry operator+(SimulatedEntry entry, int offset) noexcept {
   return static_cast<SimulatedEntry>(static_cast<int>(entry) + offset);
 }
 
-/// What an entry is, whatever its value.
+/// The description of an entry, without its value.
 struct EntryDescription {
   enum class Access : uint8_t { kReadOnly, kReadWrite };
   enum class Trait : uint8_t {

@@ -44,7 +44,7 @@ class SimulatedPdos {
   /// Drops the RPDO that waits for SYNC. The next TPDO counts as the first.
   void restart() noexcept;
 
-  /// Takes in a frame of NMT operational: an RPDO is kept until it is taken. One that is too short is
+  /// Processes a frame of NMT operational: an RPDO is kept until it is taken. One that is too short is
   /// dropped.
   /// @return whether `rpdo_too_short` has changed
   bool receive(const SimulatedObjectDictionary& objects, const Frame& frame) noexcept;

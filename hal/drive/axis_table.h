@@ -16,8 +16,7 @@ class AxisTable {
   static constexpr int kNoAxis = -1;
 
   /// @param axes          at most 255, see kMaxAxes
-  /// @param received_ids  gives the 11-bit identifiers of all frames that one axis receives from its drive;
-  /// no
+  /// @param received_ids  gives the 11-bit identifiers of all frames that an axis receives from its drive; no
   ///                      two axes share one
   /// Real-time: no.
   template <class ReceivedIds>

@@ -106,7 +106,7 @@ class DriveMaster {
   /// How the frames travel, for the load of the bus. Real-time: yes.
   virtual Wire wire() const noexcept { return Wire::kCan; }
 
-  /// Takes in one frame of the bus; frames of others are ignored.
+  /// Processes one frame of the bus; frames for other nodes are ignored.
   /// @param arrival_ns  when it arrived, which may be well before it was read
   /// Real-time: yes (bounded, no allocation).
   virtual void receive(const Frame& frame, int64_t arrival_ns) noexcept = 0;

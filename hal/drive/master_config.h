@@ -73,7 +73,7 @@ struct SettingError : std::invalid_argument {
 [[noreturn]] void refuse_sensor(const MasterConfig& config, int sensor, const std::string& key,
                                 const std::string& expected);
 
-/// Checks what every protocol asks for: number of axes, scales, ranges, nodes, period, time-outs, sensors.
+/// Checks what every protocol requires: number of axes, scales, ranges, nodes, period, time-outs, sensors.
 /// @param feedback_period_ns  between two positions of a drive
 /// @param node_of_master      no drive may have it; -1: the controller has no node
 /// @throws SettingError; std::invalid_argument with a sentence where no single setting is wrong

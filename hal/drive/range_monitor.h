@@ -50,8 +50,8 @@ class RangeMonitor {
   static constexpr double kLeastMargin = 0.001;  // of a turn: few encoders have a coarser resolution
 
   bool monitors_;
-  double least_, greatest_, margin_;
-  double lower_ = 0, upper_ = 0;  // where it may be, m or m³
+  double least_, greatest_, margin_;  // m or m³
+  double lower_ = 0, upper_ = 0;      // where it may be, m or m³
 };
 
 }  // namespace tendril::hal

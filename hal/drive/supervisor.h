@@ -22,7 +22,7 @@ class Supervisor {
   /// The identifiers of the sensors' frames, see marked_id. Real-time: no (allocates).
   std::vector<uint32_t> identifiers() const { return sensors_.identifiers(); }
 
-  /// Takes in a frame of a sensor. @return whether it was one
+  /// Processes a frame of a sensor. @return whether it was one
   bool receive_sensor(const Frame& frame, int64_t arrival_ns) noexcept {
     return sensors_.receive(frame, arrival_ns);
   }

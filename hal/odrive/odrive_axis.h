@@ -30,7 +30,7 @@ class OdriveAxis {
   /// @param config  outlives the axis
   OdriveAxis(const AxisConfig& axis, const MasterConfig& config);
 
-  /// Takes in a frame if it is one of this axis'.
+  /// Processes a frame if it belongs to this axis.
   void receive(const Frame& frame, int64_t arrival_ns) noexcept;
 
   /// Judges the time-outs.
@@ -46,7 +46,7 @@ class OdriveAxis {
   void drive(bool enable, bool may_begin, bool may_request, bool all_enabled, const AxisTarget& target,
              int64_t now_ns, FrameBatch& out) noexcept;
 
-  /// Starts afresh from listening, whatever the axis did.
+  /// Starts again from listening.
   void restart() noexcept;
 
   /// Ends the communication with an axis that is disabled.

@@ -7,7 +7,7 @@
 namespace tendril::hal {
 namespace {
 
-constexpr float kRoom_C = 25, kHot_C = 121;  // a power stage gives up above 120 °C, as delivered
+constexpr float kRoom_C = 25, kHot_C = 121;  // a power stage fails above 120 °C, as delivered
 
 }  // namespace
 

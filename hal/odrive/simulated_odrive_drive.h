@@ -45,7 +45,7 @@ class SimulatedOdriveDrive {
   /// Powers the axis on. Real-time: yes.
   explicit SimulatedOdriveDrive(const SimulatedOdriveSpec& spec) noexcept;
 
-  /// Takes in a frame at an instant and appends the answers; frames of others are ignored.
+  /// Processes a frame at an instant and appends the answers; frames for other nodes are ignored.
   /// @param now_ns  never before an earlier call's
   /// Real-time: yes (bounded, no allocation).
   void receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept;

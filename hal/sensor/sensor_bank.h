@@ -18,7 +18,7 @@ class SensorBank {
   /// The identifiers of the sensors' frames, see marked_id. Real-time: no (allocates).
   std::vector<uint32_t> identifiers() const;
 
-  /// Takes in a frame of a sensor. One that is too short, or in which a float is not finite, is no sample.
+  /// Processes a frame of a sensor. One that is too short, or in which a float is not finite, is no sample.
   /// @return whether its identifier is a sensor's
   bool receive(const Frame& frame, int64_t arrival_ns) noexcept;
 

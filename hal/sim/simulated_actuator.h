@@ -17,7 +17,7 @@ struct SimulatedActuator {
   double displacement_range = 0;                               // from the least to the greatest
   double force_limit = kUnlimited;                             // N or Pa, > 0: greatest effort of the motor
   double acceleration_time = ServoTuning{}.acceleration_time;  // s, see ServoTuning
-  double friction = ServoTuning{}.friction;
+  double friction = ServoTuning{}.friction;                    // see ServoTuning
   std::optional<double> position_gain{};  // 1/s; none: as drives of the protocol are delivered
   std::any own{};                         // settings of the protocol, see DriveProtocol::read_simulation
 };

@@ -18,7 +18,7 @@ class SimulatedDrive {
  public:
   virtual ~SimulatedDrive() = default;
 
-  /// Takes in a frame at an instant and appends the answers; frames of others are ignored.
+  /// Processes a frame at an instant and appends the answers; frames for other nodes are ignored.
   /// @param now_ns  never before an earlier call's
   /// Real-time: yes (bounded, no allocation).
   virtual void receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept = 0;

@@ -110,9 +110,9 @@ class SimulatedServo {
   ServoTuning tuning_;
   int64_t now_ns_ = 0, ticks_ = -1;  // -1: not begun
   bool locked_ = true, jammed_ = false, force_controlled_ = false;
-  double load_ = 0, force_ = 0;  // shares of the force limit
-  double position_, velocity_ = 0;
-  double acceleration_ = 0;  // demanded at the last tick, units/s²
+  double load_ = 0, force_ = 0;     // shares of the force limit
+  double position_, velocity_ = 0;  // units, units/s
+  double acceleration_ = 0;         // demanded at the last tick, units/s²
 
   double set_point_;         // at the last tick
   double goal_, slope_ = 0;  // where the set-point goes, and how fast, units and units/s
