@@ -1,18 +1,9 @@
 #pragma once
 
-#include <filesystem>
-#include <string>
-
 #include "app/config/config.h"
+#include "app/daemon/daemon_options.h"
 
 namespace tendril::app {
-
-struct DaemonOptions {
-  std::string bus;               ///< replaces the configuration's where not empty
-  double duration_s = 0;         ///< of running, 0: until a signal
-  std::filesystem::path report;  ///< folder of the report; empty: none
-  bool allow_non_rt = false;     ///< run without SCHED_FIFO and locked memory where they are refused
-};
 
 /// Runs a robot from the first frame on the bus to disabled drives. Ends on SIGTERM or SIGINT, after the
 /// given time, or on a fault of those that stop.

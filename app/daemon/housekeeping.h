@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "app/config/config.h"
-#include "app/daemon/daemon.h"
+#include "app/daemon/daemon_options.h"
 #include "app/daemon/run_log.h"
 #include "app/daemon/run_recorder.h"
 #include "app/daemon/run_status.h"

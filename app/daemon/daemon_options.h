@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace tendril::app {
+
+/// What the command line says of a run.
+struct DaemonOptions {
+  std::string bus;               ///< replaces the configuration's where not empty
+  double duration_s = 0;         ///< of running, 0: until a signal
+  std::filesystem::path report;  ///< folder of the report; empty: none
+  bool allow_non_rt = false;     ///< run without SCHED_FIFO and locked memory where they are refused
+};
+
+}  // namespace tendril::app
