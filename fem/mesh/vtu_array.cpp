@@ -107,7 +107,7 @@ struct PackedHeader {
   /// be too large for its type.
   bool unpacks_to(std::uint64_t expected) const {
     if (blocks == 0) return expected == 0;
-    if (last_size > expected || (block_size == 0 && blocks > 1)) return false;
+    if (block_size == 0 && blocks > 1) return false;
     if (blocks > 1 && blocks - 1 > expected / block_size) return false;
     return (blocks - 1) * block_size + last_size == expected && expected / kMostPacking <= packed_total;
   }

@@ -74,7 +74,7 @@ TEST_CASE("Whatever VTK writes of the cells beside numbers of materials is passe
   check_two_tets(read_vtk_legacy(field, "a.vtk"));
 }
 
-TEST_CASE("So it is where the file is binary", "[unit]") {
+TEST_CASE("Whatever VTK writes of the cells is passed over in a binary file too", "[unit]") {
   const std::string bits("\x81\x80", 2), colours("\1\2\3\4\5\6\7\10\11", 9), table("\1\1\1\1", 4);
   const std::string length_of_100("\x80\x64", 2), length_of_3("\xC3", 1);
   const std::string attributes =
