@@ -1,12 +1,12 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <map>
 
 #include "fem/mesh/mesh_formats.h"
 #include "fem/mesh/text_cursor.h"
 #include "fem/mesh/vtk_grid.h"
+#include "fem/mesh/vtk_words.h"
 
 // The format: "VTK file formats", section "Simple legacy formats", and for version 5.1 what VTK 9 writes:
 // cells as an array of offsets and one of connectivity. Binary numbers are big-endian.
@@ -15,39 +15,6 @@ namespace tendril::fem {
 namespace {
 
 using enum NumberType::Kind;
-constexpr NumberType kInt = {kSigned, 4};
-
-/// How an array is stored. Bits fill bytes where the file is binary; each string or variant has a line of its
-/// own where the file is ASCII.
-struct Storage {
-  enum class Form { kNumbers, kBits, kStrings, kVariants };
-  Form form = Form::kNumbers;
-  NumberType number = kInt;
-};
-
-/// The word in capitals: VTK takes keywords in any case.
-std::string upper(std::string_view word) {
-  std::string result(word);
-  for (char& c : result)
-    if (c >= 'a' && c <= 'z') c -= 'a' - 'A';
-  return result;
-}
-
-/// The name that VTK wrote as a word: blanks and the like as % and two hexadecimal digits.
-std::string decoded(std::string_view word) {
-  std::string result;
-  for (size_t k = 0; k < word.size(); ++k) {
-    unsigned char code = 0;
-    if (word[k] == '%' && k + 2 < word.size() &&
-        std::from_chars(&word[k + 1], &word[k + 1] + 2, code, 16).ptr == &word[k + 1] + 2) {
-      result += static_cast<char>(code);
-      k += 2;
-    } else {
-      result += word[k];
-    }
-  }
-  return result;
-}
 
 class LegacyReader {
  public:
@@ -55,7 +22,7 @@ class LegacyReader {
 
   VtkGrid read() {
     read_header();
-    while (!in_.at_end()) read_section(upper(in_.word()));
+    while (!in_.at_end()) read_section(in_capitals(in_.word()));
     if (grid_.types.size() != grid_.offsets.size())
       in_.fail_with(fmt::format("found {} cells and {} cell types, expected as many of each",
                                 grid_.offsets.size(), grid_.types.size()));
@@ -65,18 +32,18 @@ class LegacyReader {
  private:
   void read_header() {
     constexpr std::string_view kMagic = "# VTK DATAFILE VERSION ";
-    const std::string first = upper(in_.line());
+    const std::string first = in_capitals(in_.line());
     if (!first.starts_with(kMagic)) in_.fail("'# vtk DataFile Version'");
     size_t version = 0;
     if (!parse_number(first.substr(kMagic.size(), first.find('.') - kMagic.size()), version))
       in_.fail("'# vtk DataFile Version' and a version");
     has_offsets_ = version >= 5;
     in_.line();  // the title
-    const std::string encoding = upper(in_.word());
+    const std::string encoding = in_capitals(in_.word());
     if (encoding != "ASCII" && encoding != "BINARY") in_.fail("ASCII or BINARY");
     binary_ = encoding == "BINARY";
     for (const char* expected : {"DATASET", "UNSTRUCTURED_GRID"})
-      if (upper(in_.word()) != expected) in_.fail(expected);
+      if (in_capitals(in_.word()) != expected) in_.fail(expected);
     if (binary_) in_.count_bytes();
   }
 
@@ -89,7 +56,7 @@ class LegacyReader {
     } else if (keyword == "CELLS") {
       read_cells();
     } else if (keyword == "CELL_TYPES") {
-      grid_.types = read_numbers<std::int64_t>(in_.count("a number of cells"), kInt);
+      grid_.types = read_numbers<std::int64_t>(in_.count("a number of cells"), kVtkInt);
     } else if (keyword == "CELL_DATA" || keyword == "POINT_DATA") {
       of_cells_ = keyword == "CELL_DATA";
       tuples_ = in_.count("a number of values");
@@ -124,7 +91,8 @@ class LegacyReader {
       grid_.connectivity = read_named("CONNECTIVITY", size);
       return;
     }
-    const auto all = read_numbers<std::int64_t>(size, kInt);  // of each cell: its number of nodes, its nodes
+    const auto all =
+        read_numbers<std::int64_t>(size, kVtkInt);  // of each cell: its number of nodes, its nodes
     size_t next = 0;
     for (size_t cell = 0; cell < count; ++cell) {
       if (next == size || static_cast<size_t>(all[next]) > size - next - 1)
@@ -138,7 +106,7 @@ class LegacyReader {
   }
 
   std::vector<std::int64_t> read_named(const char* keyword, size_t count) {
-    if (upper(in_.word()) != keyword) in_.fail(keyword);
+    if (in_capitals(in_.word()) != keyword) in_.fail(keyword);
     const NumberType stored = number_type();
     if (!stored.whole())
       in_.fail_with(fmt::format("{} has numbers of floating point, expected whole ones", keyword));
@@ -184,29 +152,29 @@ class LegacyReader {
     if (name == "NULL_ARRAY") return;  // VTK's word for an array that it could not write
     const size_t components = in_.count("a number of components");
     const size_t tuples = in_.count("a number of values");
-    read_data(decoded(name), components, tuples, storage());
+    read_data(decoded_name(name), components, tuples, storage());
   }
 
   void read_scalars() {
-    const std::string name = decoded(in_.word());
-    const Storage stored = storage();
+    const std::string name = decoded_name(in_.word());
+    const VtkStorage stored = storage();
     size_t components = 1;
     std::string_view next = in_.word();
-    if (upper(next) != "LOOKUP_TABLE") {
+    if (in_capitals(next) != "LOOKUP_TABLE") {
       if (!parse_number(next, components) || components == 0)
         in_.fail("a number of components, or LOOKUP_TABLE");
       next = in_.word();
     }
-    if (upper(next) != "LOOKUP_TABLE") in_.fail("LOOKUP_TABLE");
+    if (in_capitals(next) != "LOOKUP_TABLE") in_.fail("LOOKUP_TABLE");
     in_.word();
     read_data(name, components, tuples_, stored);
   }
 
   /// VTK writes an array of bytes so where it chose colours: as shares of 255, or as bytes.
   void read_color_scalars() {
-    const std::string name = decoded(in_.word());
+    const std::string name = decoded_name(in_.word());
     const size_t components = in_.count("a number of components");
-    const Storage bytes{.number = {kUnsigned, 1}};
+    const VtkStorage bytes{.number = {kUnsigned, 1}};
     if (components != 1 || binary_) return read_data(name, components, tuples_, bytes);
     std::vector<std::int64_t> values;
     for (size_t k = 0; k < tuples_; ++k) {
@@ -218,32 +186,33 @@ class LegacyReader {
   }
 
   /// Reads an array to its end; keeps it where it says what the cells are.
-  void read_data(const std::string& name, size_t components, size_t tuples, const Storage& stored) {
+  void read_data(const std::string& name, size_t components, size_t tuples, const VtkStorage& stored) {
     components_ = components;
-    if (of_cells_ && stored.form == Storage::Form::kNumbers && stored.number.whole() && components == 1 &&
+    if (of_cells_ && stored.form == VtkStorage::Form::kNumbers && stored.number.whole() && components == 1 &&
         tuples == grid_.types.size())
       grid_.labels[name] = read_numbers<std::int64_t>(tuples, stored.number);
     else
       skip_array(components, tuples, stored);
   }
 
-  void skip_array(size_t components, size_t tuples, const Storage& stored) {
+  void skip_array(size_t components, size_t tuples, const VtkStorage& stored) {
     components_ = components;
     // No value takes less than a bit. Compared by division: the product may be too large for its type.
     if (components > 0 && tuples > 8 * in_.text().size() / components)
       in_.fail("an array that is in the file");
     const size_t count = components * tuples;
-    if (stored.form == Storage::Form::kVariants || (!binary_ && stored.form == Storage::Form::kStrings)) {
+    if (stored.form == VtkStorage::Form::kVariants ||
+        (!binary_ && stored.form == VtkStorage::Form::kStrings)) {
       in_.line();
       for (size_t k = 0; k < count && !in_.at_text_end(); ++k) in_.line();
     } else if (!binary_) {
       in_.skip_words(count, "a number");
-    } else if (stored.form == Storage::Form::kStrings) {
+    } else if (stored.form == VtkStorage::Form::kStrings) {
       in_.line();
       for (size_t k = 0; k < count; ++k) skip_binary_string();
     } else {
       in_.line();
-      in_.bytes(stored.form == Storage::Form::kBits ? (count + 7) / 8 : count * stored.number.bytes,
+      in_.bytes(stored.form == VtkStorage::Form::kBits ? (count + 7) / 8 : count * stored.number.bytes,
                 "numbers");
     }
   }
@@ -258,34 +227,16 @@ class LegacyReader {
     in_.bytes(length, "a string");
   }
 
-  Storage storage() {
-    using enum Storage::Form;
-    static const std::map<std::string, Storage> kTypes = {{"CHAR", {kNumbers, {kSigned, 1}}},
-                                                          {"SIGNED_CHAR", {kNumbers, {kSigned, 1}}},
-                                                          {"UNSIGNED_CHAR", {kNumbers, {kUnsigned, 1}}},
-                                                          {"SHORT", {kNumbers, {kSigned, 2}}},
-                                                          {"UNSIGNED_SHORT", {kNumbers, {kUnsigned, 2}}},
-                                                          {"INT", {kNumbers, kInt}},
-                                                          {"UNSIGNED_INT", {kNumbers, {kUnsigned, 4}}},
-                                                          {"LONG", {kNumbers, {kSigned, 8}}},
-                                                          {"UNSIGNED_LONG", {kNumbers, {kUnsigned, 8}}},
-                                                          {"FLOAT", {kNumbers, {kFloat, 4}}},
-                                                          {"DOUBLE", {kNumbers, {kFloat, 8}}},
-                                                          {"VTKIDTYPE", {kNumbers, kInt}},
-                                                          {"VTKTYPEINT64", {kNumbers, {kSigned, 8}}},
-                                                          {"VTKTYPEUINT64", {kNumbers, {kUnsigned, 8}}},
-                                                          {"BIT", {kBits, kInt}},
-                                                          {"STRING", {kStrings, kInt}},
-                                                          {"UTF8_STRING", {kStrings, kInt}},
-                                                          {"VARIANT", {kVariants, kInt}}};
-    const auto found = kTypes.find(upper(in_.word()));
-    if (found == kTypes.end()) in_.fail("a type of numbers: int, float, double or the like");
-    return found->second;
+  VtkStorage storage() {
+    const auto stored = vtk_storage(in_.word());
+    if (!stored) in_.fail("a type of numbers: int, float, double or the like");
+    return *stored;
   }
 
   NumberType number_type() {
-    const Storage stored = storage();
-    if (stored.form != Storage::Form::kNumbers) in_.fail("a type of numbers: int, float, double or the like");
+    const VtkStorage stored = storage();
+    if (stored.form != VtkStorage::Form::kNumbers)
+      in_.fail("a type of numbers: int, float, double or the like");
     return stored.number;
   }
 
