@@ -5,10 +5,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 #include "fem/mesh/connected_parts.h"
 #include "fem/mesh/format_point.h"
+#include "fem/mesh/hinges.h"
 
 namespace tendril::fem {
 namespace {
@@ -75,8 +77,7 @@ bool held(const Eigen::Ref<const Eigen::Matrix3Xd>& fixed) {
   return sizes[1] > 1e-12 * sizes[2];
 }
 
-/// Refuses a body of which some part is not held. A part that hangs on others by one node or one edge is not
-/// found out here.
+/// Refuses a body of which some part is not held.
 void check_held(const Mesh& mesh, int free_nodes) {
   const std::vector<int> parts = connected_parts(mesh.node_count(), mesh.tets);
   const std::set<int> names(parts.begin(), parts.end());
@@ -94,6 +95,9 @@ void check_held(const Mesh& mesh, int free_nodes) {
     throw MeshError(fmt::format("{} nodes are fixed, expected at least three that do not lie on one line{}",
                                 fixed.size(), where));
   }
+  std::vector<int> fixed(mesh.node_count() - free_nodes);
+  std::iota(fixed.begin(), fixed.end(), free_nodes);
+  check_hinges(mesh, fixed);
 }
 
 /// The part of the body that weighs together with each material: 0 for all whose mass is not given.

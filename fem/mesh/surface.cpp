@@ -60,9 +60,11 @@ void check_closed(const Mesh& mesh, const std::vector<Face>& surface) {
   const auto open = std::find_if(passes.begin(), passes.end(), is_open);
   if (open == passes.end()) return;
   const auto [i, j] = open->first;
-  throw MeshError(fmt::format("the surface is open at {} of its edges, one of them near {}",
-                              std::count_if(passes.begin(), passes.end(), is_open),
-                              format_point_mm(0.5 * (mesh.nodes.col(i) + mesh.nodes.col(j)))));
+  throw MeshError(fmt::format(
+      "the surface is open at {} of its edges, one of them near {}; a cavity has no opening: close its "
+      "air inlet in the drawing, or let the nodes of all its walls be in the region",
+      std::count_if(passes.begin(), passes.end(), is_open),
+      format_point_mm(0.5 * (mesh.nodes.col(i) + mesh.nodes.col(j)))));
 }
 
 std::vector<Face> closed_surface(const Mesh& mesh, const std::vector<int>& nodes) {

@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <type_traits>
 
 #include "fem/mesh/mesh.h"
 
@@ -13,6 +17,28 @@ constexpr std::string_view kBlanks = " \t\r\n";
 constexpr size_t kShown = 24;  // characters of what was found
 
 }  // namespace
+
+template <typename T>
+bool parse_number(std::string_view word, T& value) {
+  std::string copy(word);
+  if (copy.starts_with('+') && !copy.starts_with("+-")) copy.erase(0, 1);
+  if constexpr (std::is_floating_point_v<T>)
+    if (const size_t exponent = copy.find_first_of("dD"); exponent != copy.npos) copy[exponent] = 'e';
+  const char* end = copy.data() + copy.size();
+  const auto [stop, error] = std::from_chars(copy.data(), end, value);
+  if (stop != end) return false;
+  if constexpr (std::is_floating_point_v<T>)
+    if (error == std::errc::result_out_of_range) {
+      value = std::strtod(copy.c_str(), nullptr);
+      return std::abs(value) < 1;  // too small for a double, not too large
+    }
+  return error == std::errc{};
+}
+
+template bool parse_number(std::string_view, int&);
+template bool parse_number(std::string_view, long&);
+template bool parse_number(std::string_view, size_t&);
+template bool parse_number(std::string_view, double&);
 
 TextCursor TextCursor::part(size_t begin, size_t end) const {
   TextCursor result = *this;
@@ -35,6 +61,11 @@ std::string_view TextCursor::word() {
   skip_blanks();
   position_ = std::min(text_.find_first_of(kBlanks, position_), end_);
   return text_.substr(last_, position_ - last_);
+}
+
+void TextCursor::skip_words(size_t count, const char* what) {
+  for (; count > 0; --count)
+    if (word().empty()) fail(what);
 }
 
 std::string_view TextCursor::line() {

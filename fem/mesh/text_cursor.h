@@ -1,11 +1,17 @@
 #pragma once
 
-#include <charconv>
 #include <cstddef>
 #include <string>
 #include <string_view>
 
 namespace tendril::fem {
+
+/// Reads a word as a number the way mesh programs write one: also with a '+' in front, with Fortran's
+/// exponent D, and smaller than a double can be, which gives the nearest double.
+/// @param value  int, long, size_t or double; undefined where the word is no such number
+/// @return       whether the whole word is such a number
+template <typename T>
+bool parse_number(std::string_view word, T& value);
 
 /// A place in the text of a mesh file, from which words and numbers are read in order. What does not read as
 /// expected throws MeshError with the file, the line (in binary files: the byte), what is found and what is
@@ -24,9 +30,14 @@ class TextCursor {
   const std::string& file() const { return file_; }
   size_t position() const { return position_; }
 
+  /// Whether nothing but blanks and line ends is left; goes on past these.
   bool at_end();
+  /// Whether nothing at all is left.
+  bool at_text_end() const { return position_ == end_; }
   /// The next word, between blanks or line ends; empty at the end.
   std::string_view word();
+  /// Goes on past `count` words.
+  void skip_words(size_t count, const char* what);
   /// The rest of this line, without its end.
   std::string_view line();
   /// The next `count` bytes, whatever they hold.
@@ -35,10 +46,8 @@ class TextCursor {
   /// The next word as a number.
   template <typename T>
   T number(const char* what) {
-    const std::string_view found = word();
     T value{};
-    const auto [end, error] = std::from_chars(found.data(), found.data() + found.size(), value);
-    if (error != std::errc{} || end != found.data() + found.size()) fail(what);
+    if (!parse_number(word(), value)) fail(what);
     return value;
   }
   /// The next word as a number of things to come: what is left of the text must have a byte for each, so

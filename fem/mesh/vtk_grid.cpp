@@ -32,13 +32,19 @@ std::vector<T> numbers_stored_as(std::string_view bytes, bool big_endian) {
   return result;
 }
 
-/// For each cell the names of its groups: `array_value`.
-std::vector<std::vector<std::string>> groups_of_cells(const VtkGrid& grid) {
-  std::vector<std::vector<std::string>> groups(grid.types.size());
+/// The groups of the cells: one for each value of each label, called `label_value`.
+/// @return  for each label that sorts the cells, the number of each cell's group
+std::vector<std::vector<int>> add_groups(const VtkGrid& grid, MeshBuilder& builder) {
+  std::vector<std::vector<int>> groups;
   for (const auto& [name, values] : grid.labels) {
-    if (values.size() != groups.size()) continue;  // counted against other cells, if any
-    if (std::set(values.begin(), values.end()).size() > kMostLabels) continue;
-    for (size_t k = 0; k < groups.size(); ++k) groups[k].push_back(fmt::format("{}_{}", name, values[k]));
+    if (values.size() != grid.types.size()) continue;  // counted against other cells, if any
+    std::map<std::int64_t, int> number_of;
+    for (auto value = values.begin(); value != values.end() && number_of.size() <= kMostLabels; ++value)
+      number_of[*value] = 0;
+    if (number_of.size() > kMostLabels) continue;
+    for (auto& [value, number] : number_of) number = builder.group(fmt::format("{}_{}", name, value));
+    auto& of_cells = groups.emplace_back();
+    for (const auto value : values) of_cells.push_back(number_of[value]);
   }
   return groups;
 }
@@ -62,9 +68,9 @@ void check_tet(const VtkGrid& grid, size_t cell, std::int64_t nodes, const std::
 }  // namespace
 
 Mesh to_mesh(VtkGrid grid, const std::string& file) {
-  const auto groups = groups_of_cells(grid);
   MeshBuilder builder(std::move(grid.points));
-  std::vector<int> nodes;
+  const auto groups = add_groups(grid, builder);
+  std::vector<int> nodes, of_cell(groups.size());
   std::int64_t begin = 0;
   for (size_t cell = 0; cell < grid.types.size(); ++cell) {
     const std::int64_t end = grid.offsets[cell];
@@ -79,14 +85,15 @@ Mesh to_mesh(VtkGrid grid, const std::string& file) {
                                     builder.node_count() - 1));
       nodes.push_back(static_cast<int>(node));
     }
+    for (size_t k = 0; k < groups.size(); ++k) of_cell[k] = groups[k][cell];
     if (kVtkFlatTypes.contains(grid.types[cell])) {
-      builder.add_nodes(nodes, groups[cell]);
+      builder.add_nodes(nodes, of_cell);
     } else {
       check_tet(grid, cell, std::ssize(nodes), file);
-      builder.add_tet({nodes[0], nodes[1], nodes[2], nodes[3]}, groups[cell]);
+      builder.add_tet({nodes[0], nodes[1], nodes[2], nodes[3]}, of_cell);
     }
   }
-  return std::move(builder).finish();
+  return std::move(builder).finish(LooseNodes::kDropped);
 }
 
 template <typename T>
@@ -114,5 +121,6 @@ std::vector<T> numbers(std::string_view bytes, NumberType type, bool big_endian)
 
 template std::vector<double> numbers(std::string_view, NumberType, bool);
 template std::vector<std::int64_t> numbers(std::string_view, NumberType, bool);
+template std::vector<std::uint64_t> numbers(std::string_view, NumberType, bool);
 
 }  // namespace tendril::fem

@@ -30,100 +30,111 @@ NumberType type_of(const VtuFile& file, const pugi::xml_node& array) {
   return {name[0] == 'F' ? kFloat : name[0] == 'U' ? kUnsigned : kSigned, bytes};
 }
 
-/// The bytes of one array as they stand in the file, in base64 or not.
+/// The bytes of one array as they stand in the file, in base64 or not. Base64 may be wrapped into lines, and
+/// its padding may close the header, which then is encoded by itself, or only the end of the array.
 class Stream {
  public:
   Stream(const VtuFile& file, const pugi::xml_node& array, size_t begin, bool base64)
-      : file_(file), array_(array), begin_(std::min(begin, file.text.size())), base64_(base64) {}
+      : file_(file), array_(array), position_(std::min(begin, file.text.size())), base64_(base64) {}
 
-  /// Goes on to where what follows `count` bytes begins: base64 fills groups of four characters.
-  void skip(size_t count) {
-    begin_ = std::min(begin_ + (base64_ ? 4 * ((count + 2) / 3) : count), file_.text.size());
-  }
-
-  /// The next `count` bytes; does not move on.
-  std::string peek(size_t count) const {
-    const size_t left = file_.text.size() - std::min(begin_, file_.text.size());
-    if (count > left || (base64_ && (count + 2) / 3 > left / 4))
-      fail(file_, array_, fmt::format("found the end of the file, expected {} bytes", count));
-    if (!base64_) return file_.text.substr(begin_, count);
-    return decoded(count);
+  /// The next `count` bytes.
+  std::string read(size_t count) {
+    const size_t left = file_.text.size() - position_;
+    if (count > (base64_ ? left / 4 * 3 + decoded_.size() : left)) fail_at_end(count);
+    if (!base64_) {
+      position_ += count;
+      return file_.text.substr(position_ - count, count);
+    }
+    std::string bytes;
+    bytes.reserve(count + 3);
+    bytes.swap(decoded_);
+    while (bytes.size() < count) decode_group(bytes, count);
+    decoded_ = bytes.substr(count);
+    bytes.resize(count);
+    return bytes;
   }
 
  private:
-  std::string decoded(size_t count) const {
+  [[noreturn]] void fail_at_end(size_t count) const {
+    fail(file_, array_, fmt::format("found the end of the file, expected {} bytes", count));
+  }
+
+  /// Four digits are three bytes, or fewer where '=' stands for the last digits.
+  void decode_group(std::string& bytes, size_t wanted) {
     static constexpr std::string_view kDigits =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string bytes;
-    unsigned held = 0;
-    for (size_t k = 0; bytes.size() < count; ++k) {
-      const char c = file_.text[begin_ + k];
+    unsigned bits = 0;
+    int digits = 0, padding = 0;
+    while (digits + padding < 4) {
+      if (position_ == file_.text.size()) fail_at_end(wanted);
+      const char c = file_.text[position_++];
+      if (c == ' ' || c == '\n' || c == '\r' || c == '\t') continue;
       const auto digit = kDigits.find(c);
-      if (digit == kDigits.npos) fail(file_, array_, fmt::format("found '{}', expected base64", c));
-      held = (held << 6 | static_cast<unsigned>(digit)) & 0xFFFF;
-      if (k % 4 != 0) bytes += static_cast<char>(held >> (6 - 2 * (k % 4)) & 0xFF);
+      if (c == '=' && digits >= 2) {
+        ++padding;
+      } else if (digit == kDigits.npos || padding > 0) {
+        fail(file_, array_, fmt::format("found '{}', expected base64", c));
+      } else {
+        bits |= static_cast<unsigned>(digit) << (18 - 6 * digits++);
+      }
     }
-    return bytes;
+    for (int k = 0; k < 3 - padding; ++k) bytes += static_cast<char>(bits >> (16 - 8 * k) & 0xFF);
   }
 
   const VtuFile& file_;
   const pugi::xml_node& array_;
-  size_t begin_;
+  size_t position_;
   bool base64_;
+  std::string decoded_;  // of the last group, not yet read
 };
 
-std::vector<std::int64_t> header(const VtuFile& file, const Stream& stream, size_t numbers_in_it) {
-  return numbers<std::int64_t>(stream.peek(numbers_in_it * file.header_bytes),
-                               {NumberType::Kind::kUnsigned, file.header_bytes}, file.big_endian);
-}
-
-void check_size(const VtuFile& file, const pugi::xml_node& array, std::int64_t found, size_t expected) {
-  if (found != static_cast<std::int64_t>(expected))
-    fail(file, array, fmt::format("found {} bytes, expected {}", found, expected));
+/// Numbers of the header before an array's bytes; at least as many as the file has bytes for.
+std::vector<std::uint64_t> header(const VtuFile& file, const pugi::xml_node& array, Stream& stream,
+                                  std::uint64_t count) {
+  if (count > file.text.size())
+    fail(file, array, fmt::format("found {} packed blocks, expected fewer than bytes", count));
+  return numbers<std::uint64_t>(stream.read(count * file.header_bytes),
+                                {NumberType::Kind::kUnsigned, file.header_bytes}, file.big_endian);
 }
 
 /// What stands before blocks packed with zlib.
 struct PackedHeader {
-  size_t blocks, block_size, last_size;  ///< sizes unpacked
-  std::vector<std::int64_t> packed_sizes;
-  size_t packed_total = 0, bytes = 0;  ///< of this header: bytes
+  std::uint64_t blocks, block_size, last_size;  ///< sizes unpacked
+  std::vector<std::uint64_t> packed_sizes;
+  size_t packed_total = 0;
+
+  /// Whether the blocks unpack to so many bytes. Compared by division first: the product of wrong numbers may
+  /// be too large for its type.
+  bool unpacks_to(std::uint64_t expected) const {
+    if (blocks == 0) return expected == 0;
+    if (block_size == 0 && blocks > 1) return false;
+    if (blocks > 1 && blocks - 1 > expected / block_size) return false;
+    return (blocks - 1) * block_size + last_size == expected && expected / kMostPacking <= packed_total;
+  }
 };
 
-PackedHeader packed_header(const VtuFile& file, const pugi::xml_node& array, const Stream& stream,
+PackedHeader packed_header(const VtuFile& file, const pugi::xml_node& array, Stream& stream,
                            size_t expected) {
-  const auto in_file = [&](std::int64_t value) { return value >= 0 && value <= std::ssize(file.text); };
-  const auto blocks = header(file, stream, 1)[0];
-  if (!in_file(blocks))
-    fail(file, array, fmt::format("found {} packed blocks, expected fewer than bytes", blocks));
-  const auto sizes = header(file, stream, 3 + blocks);
-  PackedHeader result{.blocks = static_cast<size_t>(blocks),
-                      .block_size = static_cast<size_t>(sizes[1]),
-                      .last_size = static_cast<size_t>(sizes[2] == 0 ? sizes[1] : sizes[2]),
-                      .packed_sizes = {sizes.begin() + 3, sizes.end()}};
-  result.bytes = sizes.size() * file.header_bytes;
+  const auto sizes = header(file, array, stream, 3);
+  PackedHeader result{.blocks = sizes[0],
+                      .block_size = sizes[1],
+                      .last_size = sizes[2] == 0 ? sizes[1] : sizes[2],
+                      .packed_sizes = header(file, array, stream, sizes[0])};
   for (const auto size : result.packed_sizes) {
-    if (!in_file(size))
+    if (size > file.text.size())
       fail(file, array, fmt::format("found a packed block of {} bytes, more than there are", size));
     result.packed_total += size;
   }
-  // Compared by division first: the product of wrong numbers may be too large for its type.
-  const bool sizes_fit =
-      result.last_size <= expected &&
-      (blocks < 2 || result.blocks - 1 <= expected / std::max<size_t>(result.block_size, 1));
-  const size_t total = blocks == 0 ? 0
-                       : sizes_fit ? (result.blocks - 1) * result.block_size + result.last_size
-                                   : 0;
-  if (total != expected || expected / kMostPacking > result.packed_total)
+  if (!result.unpacks_to(expected))
     fail(file, array,
-         fmt::format("found {} blocks of {} bytes and a last one of {}, expected {} bytes in all", blocks,
+         fmt::format("found {} blocks of {} bytes and a last one of {}, expected {} bytes in all", sizes[0],
                      sizes[1], sizes[2], expected));
   return result;
 }
 
 std::string unpack(const VtuFile& file, const pugi::xml_node& array, Stream stream, size_t expected) {
   const PackedHeader head = packed_header(file, array, stream, expected);
-  stream.skip(head.bytes);
-  const std::string packed = stream.peek(head.packed_total);
+  const std::string packed = stream.read(head.packed_total);
   std::string bytes(expected, '\0');
   size_t from = 0, to = 0;
   for (size_t block = 0; block < head.blocks; ++block) {
@@ -142,8 +153,9 @@ std::string unpack(const VtuFile& file, const pugi::xml_node& array, Stream stre
 
 std::string array_bytes(const VtuFile& file, const pugi::xml_node& array, Stream stream, size_t expected) {
   if (file.zlib) return unpack(file, array, stream, expected);
-  check_size(file, array, header(file, stream, 1)[0], expected);
-  return stream.peek(file.header_bytes + expected).substr(file.header_bytes);
+  const std::uint64_t found = header(file, array, stream, 1)[0];
+  if (found != expected) fail(file, array, fmt::format("found {} bytes, expected {}", found, expected));
+  return stream.read(expected);
 }
 
 template <typename T>
@@ -162,10 +174,17 @@ std::vector<T> read_ascii(const VtuFile& file, size_t begin, size_t count) {
 }  // namespace
 
 template <typename T>
-std::vector<T> read_array(const VtuFile& file, const pugi::xml_node& array, size_t count) {
-  const std::string_view format = array.attribute("format").value();
-  const auto text = array.first_child();  // none where no numbers are there
-  const size_t begin = text ? file.text.find_first_not_of(" \t\r\n", text.offset_debug()) : file.text.size();
+std::vector<T> read_array(VtuFile& file, const pugi::xml_node& array, size_t count) {
+  if (count > file.numbers_left)
+    fail(file, array,
+         fmt::format("found {} numbers to read, more than a file of {} bytes can hold", count,
+                     file.text.size()));
+  file.numbers_left -= count;
+  const std::string_view format = array.attribute("format").as_string("ascii");
+  const auto text = array.text().data();  // none where no numbers are there
+  const size_t begin =
+      text ? std::min(file.text.find_first_not_of(" \t\r\n", text.offset_debug()), file.text.size())
+           : file.text.size();
   if (format == "ascii") return read_ascii<T>(file, begin, count);
   const NumberType type = type_of(file, array);
   if (std::is_integral_v<T> && !type.whole()) fail(file, array, "found Float numbers, expected whole ones");
@@ -177,12 +196,14 @@ std::vector<T> read_array(const VtuFile& file, const pugi::xml_node& array, size
   if (file.appended == 0) fail(file, array, "found no AppendedData, where it should be");
   const size_t offset = array.attribute("offset").as_ullong(SIZE_MAX / 2);
   return numbers<T>(
-      array_bytes(file, array, {file, array, file.appended + offset, !file.appended_raw}, count * type.bytes),
+      array_bytes(file, array,
+                  {file, array, file.appended + std::min(offset, file.text.size()), !file.appended_raw},
+                  count * type.bytes),
       type, file.big_endian);
 }
 
-template std::vector<double> read_array(const VtuFile&, const pugi::xml_node&, size_t);
-template std::vector<std::int64_t> read_array(const VtuFile&, const pugi::xml_node&, size_t);
+template std::vector<double> read_array(VtuFile&, const pugi::xml_node&, size_t);
+template std::vector<std::int64_t> read_array(VtuFile&, const pugi::xml_node&, size_t);
 
 bool is_label(const pugi::xml_node& array) {
   return array.attribute("NumberOfComponents").as_int(1) == 1 &&

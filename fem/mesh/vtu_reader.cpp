@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <pugixml.hpp>
 
+#include "fem/mesh/joined_grid.h"
 #include "fem/mesh/mesh_formats.h"
 #include "fem/mesh/vtu_array.h"
 
@@ -10,13 +12,19 @@
 namespace tendril::fem {
 namespace {
 
+// More numbers than these do not pack into a byte of a mesh; small files may hold what packs better by
+// chance.
+constexpr size_t kMostNumbersPerByte = 16, kFewNumbers = 1 << 20;
+
 /// Parses all but the appended data, which may be bytes that are no XML; notes where these begin.
 pugi::xml_document parse(VtuFile& file) {
   pugi::xml_document document;
   const size_t tag = file.text.find("<AppendedData");
-  const auto parsed = tag == std::string::npos
-                          ? document.load_buffer(file.text.data(), file.text.size())
-                          : document.load_string((file.text.substr(0, tag) + "</VTKFile>").c_str());
+  const auto parsed =
+      tag == std::string::npos
+          ? document.load_buffer(file.text.data(), file.text.size(), pugi::parse_default,
+                                 pugi::encoding_utf8)  // or offsets would not be those in the file
+          : document.load_string((file.text.substr(0, tag) + "</VTKFile>").c_str());
   if (!parsed)
     throw MeshError(fmt::format("{}: byte {}: not XML: {}", file.name, parsed.offset, parsed.description()));
   if (tag == std::string::npos) return document;
@@ -43,8 +51,7 @@ void read_header(const pugi::xml_node& root, VtuFile& file) {
 
 size_t count(const VtuFile& file, const pugi::xml_node& piece, const char* attribute) {
   const auto value = piece.attribute(attribute).as_llong(-1);
-  // No format stores a cell or point in less than a bit; a wrong number must not ask for absurd memory.
-  if (value < 0 || value > 8 * std::ssize(file.text) * 1032)
+  if (value < 0 || static_cast<size_t>(value) > file.numbers_left)
     throw MeshError(fmt::format("{}: byte {}: found {} '{}', expected a number of items that are there",
                                 file.name, piece.offset_debug(), attribute,
                                 piece.attribute(attribute).value()));
@@ -57,25 +64,13 @@ pugi::xml_node array(const VtuFile& file, const pugi::xml_node& parent, const ch
   return found;
 }
 
-}  // namespace
-
-Mesh read_vtu(const std::string& text, const std::string& name) {
-  VtuFile file{.text = text, .name = name};
-  const pugi::xml_document document = parse(file);
-  const auto root = document.child("VTKFile");
-  const auto grid_node = root.child("UnstructuredGrid");
-  const auto piece = grid_node.child("Piece");
-  if (!piece) throw MeshError(fmt::format("{}: expected VTKFile/UnstructuredGrid/Piece", name));
-  if (piece.next_sibling("Piece"))
-    throw MeshError(
-        fmt::format("{}: byte {}: found a second Piece, expected one; merge them (ParaView: Merge Blocks)",
-                    name, piece.next_sibling("Piece").offset_debug()));
-  read_header(root, file);
-
+/// Reads the arrays of a piece.
+VtkGrid read_piece(VtuFile& file, const pugi::xml_node& piece) {
   const size_t points = count(file, piece, "NumberOfPoints"), cells = count(file, piece, "NumberOfCells");
-  const auto coordinates = piece.child("Points").child("DataArray");
-  if (!coordinates) throw MeshError(fmt::format("{}: the array of Points is missing", name));
   VtkGrid grid;
+  if (points == 0 && cells == 0) return grid;  // then there may be no arrays
+  const auto coordinates = piece.child("Points").child("DataArray");
+  if (!coordinates) throw MeshError(fmt::format("{}: the array of Points is missing", file.name));
   grid.points = Eigen::Map<const Eigen::Matrix3Xd>(read_array<double>(file, coordinates, 3 * points).data(),
                                                    3, static_cast<Eigen::Index>(points));
   const auto cells_node = piece.child("Cells");
@@ -83,10 +78,39 @@ Mesh read_vtu(const std::string& text, const std::string& name) {
   grid.offsets = read_array<std::int64_t>(file, array(file, cells_node, "offsets"), cells);
   const std::int64_t nodes = grid.offsets.empty() ? 0 : std::max<std::int64_t>(grid.offsets.back(), 0);
   grid.connectivity = read_array<std::int64_t>(file, array(file, cells_node, "connectivity"), nodes);
-  for (const auto& data : piece.child("CellData").children("DataArray"))
-    if (is_label(data))
-      grid.labels[data.attribute("Name").value()] = read_array<std::int64_t>(file, data, cells);
-  return to_mesh(std::move(grid), name);
+  const auto cell_data = piece.child("CellData");
+  for (const auto& data : cell_data.children("DataArray")) {
+    const std::string name = data.attribute("Name").value();
+    const bool numbers_cells = name == cell_data.attribute("GlobalIds").value() ||
+                               name == cell_data.attribute("PedigreeIds").value();
+    if (is_label(data) && !numbers_cells) grid.labels[name] = read_array<std::int64_t>(file, data, cells);
+  }
+  return grid;
+}
+
+}  // namespace
+
+Mesh read_vtu(const std::string& text, const std::string& name) {
+  VtuFile file{.text = text, .name = name};
+  file.numbers_left = std::max(kFewNumbers, kMostNumbersPerByte * text.size());
+  const pugi::xml_document document = parse(file);
+  const auto root = document.child("VTKFile");
+  const std::string_view type = root.attribute("type").value();
+  if (!type.empty() && type != "UnstructuredGrid")
+    throw MeshError(fmt::format(
+        "{}: found a VTKFile of type {}, expected UnstructuredGrid: tetrahedra, not a surface, an "
+        "image or a list of other files; save the grid as one .vtu file",
+        name, type));
+  const auto grid_node = root.child("UnstructuredGrid");
+  if (!grid_node.child("Piece"))
+    throw MeshError(fmt::format("{}: expected VTKFile/UnstructuredGrid/Piece", name));
+  read_header(root, file);
+  std::vector<VtkGrid> pieces;
+  for (const auto& piece : grid_node.children("Piece")) {
+    VtkGrid grid = read_piece(file, piece);
+    if (grid.points.cols() > 0 || pieces.empty()) pieces.push_back(std::move(grid));
+  }
+  return to_mesh(joined(std::move(pieces), name), name);
 }
 
 }  // namespace tendril::fem

@@ -24,6 +24,7 @@ except ImportError as problem:
     print(f"skipped: {problem.name} is not installed")
     sys.exit(0)
 
+SEED = 4
 QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
 
 
@@ -155,6 +156,48 @@ class MeshTest(unittest.TestCase):
         self.assertEqual(code, 1)
         self.assertIn("region 'far': no triangle", said)
 
+    def test_turned_solids_are_meshed(self):
+        random = np.random.default_rng(SEED)
+        for number in range(6):
+            turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
+            write_binary_stl(self.path("turned.stl"), box((0, 0, 0), (20, 20, 30)) @ turn.T + random.uniform(-90, 90, 3))
+            said, code = self.run_mesh(self.path("turned.stl"), "--size", "8mm")
+            with self.subTest(seed=SEED, number=number):
+                self.assertEqual(code, 0, said)
+                self.assertRegex(said, "body: 12 cm³\n")
+
+    def test_volume_lost_to_a_coarse_size_is_told(self):
+        angle = np.linspace(0, 2 * np.pi, 65)
+        x, y = 10 * np.cos(angle), 10 * np.sin(angle)
+        rod = [t for k in range(64) for t in (
+            [(x[k], y[k], 0), (x[k + 1], y[k + 1], 0), (x[k + 1], y[k + 1], 40)],
+            [(x[k], y[k], 0), (x[k + 1], y[k + 1], 40), (x[k], y[k], 40)],
+            [(0, 0, 0), (x[k + 1], y[k + 1], 0), (x[k], y[k], 0)], [(0, 0, 40), (x[k], y[k], 40), (x[k + 1], y[k + 1], 40)])]
+        write_stl(self.path("rod.stl"), rod)
+        for size, warned in (("12mm", True), ("4mm", False)):
+            said, code = self.run_mesh(self.path("rod.stl"), "--size", size)
+            self.assertEqual(code, 0, said)
+            self.assertRegex(said, r"body: 1[0-2]\.?\d* cm³, [\d.]+ % less than drawn")
+            self.assertEqual("mesh: a volume differs by " in said, warned, said)
+            self.assertIn("no cavity: no closed surface is inside another (a chamber with an air inlet is open", said)
+
+    def test_a_size_that_makes_millions_of_tetrahedra_is_refused_at_once(self):
+        write_stl(self.path("box.stl"), box((0, 0, 0), (20, 20, 30)))
+        write_step(self.path("box.step"), [((0, 0, 0), (20, 20, 30))])
+        for name, arguments, extent in (("box.stl", ["--size", "0.01mm"], "20 x 20 x 30 mm"),
+                                        ("box.step", ["--size", "0.01mm"], "20 x 20 x 30 mm"),
+                                        ("box.stl", ["--size", "5mm", "--unit", "m"], "20 x 20 x 30 m")):
+            said, code = self.run_mesh(self.path(name), *arguments)
+            self.assertEqual(code, 1)
+            self.assertIn(f"the body is {extent} large", said)
+            self.assertIn("tetrahedra of it, expected 1,000,000 at most; ask for a larger --size", said)
+
+    def test_parts_that_meet_at_an_edge_are_told(self):
+        for second, expected in (((10, 10, 0), True), ((10, 0, 0), False)):
+            write_step(self.path("two.step"), [((0, 0, 0), (10, 10, 10)), (second, (20, 10, 10))])
+            said, code = self.run_mesh(self.path("two.step"), "--size", "5mm")
+            self.assertEqual(code, 0, said)
+            self.assertEqual("meet without a common face, at 3 nodes, one of them at (10, 10, " in said, expected, said)
 
     def test_a_size_has_a_unit(self):
         write_stl(self.path("box.stl"), box((0, 0, 0), (20, 20, 30)))

@@ -10,6 +10,7 @@ from .surface import SurfaceError
 
 RIDGE = math.radians(40)  # faces that meet at a larger angle stay parted by an edge
 LINE, TRIANGLE, TETRAHEDRON = 1, 2, 4  # gmsh's element types
+MOST_TETRAHEDRA = 1_000_000  # a model of more is refreshed too seldom to control anything
 
 
 @contextlib.contextmanager
@@ -23,12 +24,24 @@ def session(size):
             gmsh.option.setNumber(option, value)
         gmsh.logger.start()
         yield
+    except SurfaceError:
+        raise
     except Exception as problem:  # gmsh raises nothing more precise
         errors = [line.removeprefix("Error: ") for line in gmsh.logger.get() if line.startswith("Error")]
         raise SurfaceError(f"gmsh cannot mesh this: {'; '.join(errors) or problem}; try another --size, or repair the "
                            "surface") from problem
     finally:
         gmsh.finalize()
+
+
+def check_size(size, volume, area, extent, unit):
+    """Refuses an edge length that makes more tetrahedra than a model can have. Those inside fill the volume, and each
+    triangle of the surface has one; the number is right within a factor of two."""
+    estimate = 6 * volume / size**3 + 2 * area / size**2
+    if estimate > MOST_TETRAHEDRA:
+        raise SurfaceError(f"the body is {' x '.join(f'{e:.3g}' for e in extent)} {unit} large, and edges of {size:.3g} "
+                           f"{unit} make about {estimate:.1g} tetrahedra of it, expected {MOST_TETRAHEDRA:,} at most; ask "
+                           "for a larger --size, or say what 1 is in the file (--unit)")
 
 
 def from_surface(points, triangles, size):
@@ -46,7 +59,8 @@ def from_surface(points, triangles, size):
 
 
 def from_step(path, size, unit):
-    """Points, tetrahedra and for each of these the number of its solid, from 0, of a STEP file in that unit."""
+    """Of a STEP file in that unit: points, tetrahedra, for each of these the number of its solid, from 0, and the volume
+    drawn of each solid."""
     with session(size):
         gmsh.option.setString("Geometry.OCCTargetUnit", unit.upper())
         gmsh.model.occ.importShapes(str(path))
@@ -57,7 +71,11 @@ def from_step(path, size, unit):
         if len(solids) > 1:
             gmsh.model.occ.fragment(solids[:1], solids[1:])  # neighbours share the triangles between them
             gmsh.model.occ.synchronize()
-        return generate()
+        volumes = [gmsh.model.occ.getMass(*entity) for entity in gmsh.model.getEntities(3)]
+        area = sum(gmsh.model.occ.getMass(*entity) for entity in gmsh.model.getEntities(2))
+        box = np.array(gmsh.model.getBoundingBox(-1, -1))
+        check_size(size, sum(volumes), area, box[3:] - box[:3], unit)
+        return *generate(), volumes
 
 
 def generate():

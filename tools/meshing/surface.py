@@ -1,6 +1,4 @@
-"""Triangulated surfaces from STL and OBJ files, and whether they enclose a body."""
-
-import re
+"""Whether a triangulated surface encloses a body."""
 
 import numpy as np
 
@@ -12,55 +10,11 @@ class SurfaceError(Exception):
     """What is wrong with a surface, where, and what to do about it."""
 
 
-def read_surface(path):
-    """Points (n x 3) and triangles (k x 3) of an STL or OBJ file, equal corners welded."""
-    corners = {".stl": read_stl, ".obj": read_obj}[path.suffix.lower()](path)
-    if len(corners) == 0:
-        raise SurfaceError(f"{path}: no triangles are in it")
-    if not np.isfinite(corners).all():
-        raise SurfaceError(f"{path}: some coordinates are not finite")
-    flat = corners.reshape(-1, 3)
-    grid = np.round(flat / (WELD * np.linalg.norm(np.ptp(flat, axis=0)))).astype(np.int64)
-    _, first, index = np.unique(grid, axis=0, return_index=True, return_inverse=True)
-    triangles = index.reshape(-1, 3)
-    distinct = np.all(triangles != np.roll(triangles, 1, axis=1), axis=1)
-    return flat[first], triangles[distinct]
-
-
-def read_stl(path):
-    data = path.read_bytes()
-    if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
-        records = np.frombuffer(data, offset=84, dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("_", "<u2")])
-        return records["corners"].astype(float)
-    number = rb"\s+([-+\d.eE]+)"
-    corners = np.array(re.findall(rb"vertex" + 3 * number, data), dtype=float)
-    if len(corners) % 3:
-        raise SurfaceError(f"{path}: {len(corners)} corners are in it, expected three for each triangle")
-    return corners.reshape(-1, 3, 3)
-
-
-def read_obj(path):
-    points, triangles = [], []
-    for line_number, line in enumerate(path.read_text(errors="replace").splitlines(), 1):
-        words = line.split()
-        try:
-            if words[:1] == ["v"]:
-                points.append([float(w) for w in words[1:4]])
-            elif words[:1] == ["f"]:
-                index = [int(w.split("/")[0]) for w in words[1:]]
-                index = [i - 1 if i > 0 else len(points) + i for i in index]
-                triangles += [[points[index[0]], points[a], points[b]] for a, b in zip(index[1:], index[2:])]
-        except (ValueError, IndexError):
-            raise SurfaceError(f"{path}:{line_number}: found '{line.strip()}', expected numbers of points that are "
-                               "there") from None
-    return np.array(triangles, dtype=float).reshape(-1, 3, 3)
-
-
 def place(p):
     return f"({p[0]:.4g}, {p[1]:.4g}, {p[2]:.4g})"
 
 
-def check_closed(points, triangles):
+def check_closed(points, triangles, hint=""):
     """Refuses a surface with an edge of one triangle, or of more than two."""
     edges = np.sort(np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     edges, count = np.unique(edges, axis=0, return_counts=True)
@@ -69,46 +23,67 @@ def check_closed(points, triangles):
         if wrong.any():
             middles = points[edges[wrong]].mean(axis=1)
             raise SurfaceError(f"the surface {what.format(wrong.sum())}, the first at {place(middles[0])}; repair it in "
-                               "the program that drew it, in MeshLab (Close Holes) or in Blender (3D Print Toolbox)")
+                               f"the program that drew it, in MeshLab (Close Holes) or in Blender (3D Print Toolbox){hint}")
 
 
 def check_does_not_cross_itself(points, triangles):
-    """Refuses a surface of which an edge goes through a triangle  [Möller & Trumbore, J. Graphics Tools 2, 1997]."""
+    """Refuses a surface of which an edge goes through a triangle by more than the file's rounding.
+
+    Files round coordinates, so triangles of a plane do not lie in one exactly, and thin ones may fold over: that is no
+    crossing. A depth far above the rounding of numbers here makes the outcome independent of it."""
+    size = np.linalg.norm(np.ptp(points, axis=0))
+    depth = 2 * WELD * size + 2.0**-21 * np.abs(points).max()  # corners were welded, then rounded as floats of 32 bits
     triangles = triangles[np.argsort(points[triangles, 0].min(axis=1))]
     corners = points[triangles]
-    lower, upper = corners.min(axis=1), corners.max(axis=1)
-    block = max(1, MOST_PAIRS // len(triangles))
-    for start in range(0, len(triangles), block):
-        rows = slice(start, start + block)
-        end = np.searchsorted(lower[:, 0], upper[rows, 0].max(), side="right")  # beyond, all lie further along x
-        columns = slice(start, end)
-        near = np.all((lower[rows, None] <= upper[None, columns]) & (upper[rows, None] >= lower[None, columns]), axis=2)
-        a, b = np.nonzero(near) + np.array([[start], [start]])
-        neighbours = (triangles[a][:, :, None] == triangles[b][:, None, :]).sum(axis=(1, 2))
-        a, b = a[neighbours < 2], b[neighbours < 2]
-        for one, other in ((a, b), (b, a)):
+    normals, flat = planes(corners, depth)
+    for a, b in near_pairs(corners):
+        apart = (triangles[a][:, :, None] == triangles[b][:, None, :]).sum(axis=(1, 2)) < 2
+        for one, other in ((a[apart], b[apart]), (b[apart], a[apart])):
+            heights = np.einsum("ikj,ij->ik", corners[one] - corners[other, None, 0], normals[other])
+            both_sides = (heights.min(axis=1) < -depth) & (heights.max(axis=1) > depth) & flat[other]
+            one, other, heights = one[both_sides], other[both_sides], heights[both_sides]
             for k in range(3):
-                crossing = goes_through(corners[one, k], corners[one, (k + 1) % 3], corners[other])
-                if crossing.any():
-                    where = corners[other[crossing][0]].mean(axis=0)
+                l = (k + 1) % 3
+                opposite = (heights[:, k] * heights[:, l] < 0) & (np.abs(heights[:, [k, l]]).min(axis=1) > depth)
+                share = heights[opposite, k] / (heights[opposite, k] - heights[opposite, l])
+                start, end = corners[one[opposite], k], corners[one[opposite], l]
+                passed = other[opposite]
+                hit = lie_in(start + (end - start) * share[:, None], corners[passed], normals[passed], 1e-3 * depth)
+                if hit.any():
+                    where = corners[passed[hit][0]].mean(axis=0)
                     raise SurfaceError(f"the surface crosses itself near {place(where)}; unite the parts in the program "
                                        "that drew it (a Boolean union)")
 
 
-def goes_through(start, end, triangles, margin=1e-9):
-    """Whether each segment goes through the inside of its triangle."""
-    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-    way = end - start
-    h = np.cross(way, c - a)
-    determinant = np.einsum("ij,ij->i", b - a, h)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a segment parallel to the triangle gives no number
-        u = np.einsum("ij,ij->i", start - a, h) / determinant
-        q = np.cross(start - a, b - a)
-        v = np.einsum("ij,ij->i", way, q) / determinant
-        t = np.einsum("ij,ij->i", c - a, q) / determinant
-        inside = (u > margin) & (v > margin) & (u + v < 1 - margin) & (t > margin) & (t < 1 - margin)
-    scale = np.linalg.norm(way, axis=1) * np.linalg.norm(b - a, axis=1) * np.linalg.norm(c - a, axis=1)
-    return inside & (np.abs(determinant) > margin * scale)
+def planes(corners, depth):
+    """The unit normal of each triangle, and whether it has a plane: one as thin as depth has none to speak of."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(normals, axis=1)
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    return normals / np.maximum(area, np.finfo(float).tiny)[:, None], area > 4 * depth * longest
+
+
+def near_pairs(corners):
+    """Pairs of triangles whose boxes meet, in portions; the triangles are in the order of their least x."""
+    lower, upper = corners.min(axis=1), corners.max(axis=1)
+    block = max(1, MOST_PAIRS // len(corners))
+    for start in range(0, len(corners), block):
+        rows = slice(start, start + block)
+        end = np.searchsorted(lower[:, 0], upper[rows, 0].max(), side="right")  # beyond, all lie further along x
+        columns = slice(start, end)
+        near = np.all((lower[rows, None] <= upper[None, columns]) & (upper[rows, None] >= lower[None, columns]), axis=2)
+        a, b = np.nonzero(np.triu(near, 1)) + np.array([[start], [start]])
+        yield a, b
+
+
+def lie_in(points, triangles, normals, margin):
+    """Whether each point of a triangle's plane is in it; on an edge counts, or two triangles could pass it to each
+    other."""
+    inside = np.ones(len(points), dtype=bool)
+    for k in range(3):
+        tail, way = triangles[:, k], triangles[:, (k + 1) % 3] - triangles[:, k]
+        inside &= np.einsum("ij,ij->i", np.cross(way, points - tail), normals) > -margin * np.linalg.norm(way, axis=1)
+    return inside
 
 
 def check_one_body(points, triangles):
@@ -121,6 +96,24 @@ def check_one_body(points, triangles):
         raise SurfaceError(f"the surface bounds {len(bodies)} separate bodies, one of them at "
                            f"{place(points[bodies[1][0, 0]])}; unite them in the program that drew it (a Boolean "
                            "union), or mesh each by itself")
+
+
+def drawn_volumes(points, triangles):
+    """The volume of the one body that a closed surface bounds, and those of its cavities, the largest first; 0 and none
+    where not all triangles of a shell are seen from one side counter-clockwise, so that nobody knows."""
+    ways = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    if len(np.unique(ways, axis=0)) < len(ways):
+        return 0, []
+    centred = points - points.mean(axis=0)
+    a, b, c = (centred[triangles[:, k]] for k in range(3))
+    under = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
+    outer, *cavities = sorted(np.abs(np.bincount(shells(triangles), under)), reverse=True)
+    return outer - sum(cavities), cavities
+
+
+def area(points, triangles):
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
 
 
 def surrounds(points, shell, p):

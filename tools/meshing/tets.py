@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .surface import shells
+
 
 def signed_volumes(points, tets):
     a, b, c, d = (points[tets[:, i]] for i in range(4))
@@ -41,6 +43,20 @@ def boundary(tets, with_owner=False):
     _, inverse, count = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True)
     single = count[inverse.ravel()] == 1
     return (faces[single], np.tile(np.arange(len(tets)), 4)[single]) if with_owner else faces[single]
+
+
+def hinges(tets):
+    """Nodes at which parts of a body meet that have no face in common there and nowhere else."""
+    faces = np.sort(np.vstack([tets[:, i] for i in ([0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3])]), axis=1)
+    owner = np.tile(np.arange(len(tets)), 4)
+    order = np.lexsort(faces.T)
+    same = np.all(faces[order[1:]] == faces[order[:-1]], axis=1)
+    itself = np.arange(len(tets))
+    pairs = np.vstack([np.column_stack([itself, itself]), np.column_stack([owner[order[1:]], owner[order[:-1]]])[same]])
+    part = shells(pairs)[:len(tets)]
+    nodes_of_parts = np.unique(np.column_stack([tets.ravel(), np.repeat(part, 4)]), axis=0)[:, 0]
+    nodes, parts = np.unique(nodes_of_parts, return_counts=True)
+    return nodes[parts > 1]
 
 
 def enclosed(points, triangles):

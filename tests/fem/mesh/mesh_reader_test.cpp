@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "tests/fem/mesh/mesh_files.h"
+#include "tests/fem/mesh/vtk_files.h"
 #include "tests/own_folder.h"
 
 namespace tendril::fem::mesh_reader_test {
@@ -43,6 +44,17 @@ TEST_CASE("Line ends of Windows make no difference", "[unit]") {
   const Mesh mesh = read_mesh(MeshFile("windows.msh", text).path(), 1);
   CHECK(mesh.tet_count() == 2);
   CHECK(mesh.regions.contains("soft body"));
+}
+
+TEST_CASE("The first characters of a file say which format it has, whatever its name ends in", "[unit]") {
+  for (const char* name : {"a.msh", "A.MSH", "a.vtk", "mesh", "a.mesh.bak"}) {
+    CHECK(read_mesh(MeshFile(name, kMsh).path(), 1).tet_count() == 2);
+    CHECK(read_mesh(MeshFile(name, "\xEF\xBB\xBF" + std::string(kMsh)).path(), 1).tet_count() == 2);
+    CHECK(read_mesh(MeshFile(name, testing::ascii_vtu()).path(), 1).tet_count() == 2);
+    CHECK(read_mesh(MeshFile(name, testing::kOldVtk).path(), 1).tet_count() == 2);
+  }
+  CHECK_THAT(refusal([] { read_mesh(MeshFile("A.VTK", "something").path(), 1); }),
+             Contains("A.VTK:1: found 'something'"));
 }
 
 TEST_CASE("Nodes that nothing uses are left out and the others keep their order", "[unit]") {

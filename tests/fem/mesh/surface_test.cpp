@@ -70,8 +70,9 @@ TEST_CASE("A wall that lacks a node is refused with a place where it is open", "
   const Eigen::Vector3d lost(0.005, 0.010, 0.010);
   std::erase_if(nodes, [&](int node) { return (chamber.mesh.nodes.col(node) - lost).norm() < 1e-6; });
   // The faces around the lost node leave a hole of six edges, all of them in its plane.
-  CHECK_THROWS_WITH(closed_surface(chamber.mesh, nodes),
-                    Contains("open at 6 of its edges") && Contains("near (5, "));
+  CHECK_THROWS_WITH(closed_surface(chamber.mesh, nodes), Contains("open at 6 of its edges") &&
+                                                             Contains("near (5, ") &&
+                                                             Contains("close its air inlet"));
 }
 
 TEST_CASE("Nodes that enclose no cavity are refused", "[unit]") {
