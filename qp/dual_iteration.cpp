@@ -144,7 +144,7 @@ int DualIteration::most_violated() const {
 }
 
 bool DualIteration::energy_is_least(const Metric& metric) noexcept {
-  if (energy_passes_.converged(metric, refinement_, problem_)) return true;
+  if (energy_passes_.converged(metric, refinement_, candidate_.term_sum, problem_)) return true;
   refinement_.expect_new_gradient();
   working_set_.invalidate_b();
   return false;

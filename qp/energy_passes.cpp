@@ -11,7 +11,7 @@ constexpr int kMaxPasses = 12;  // two to six are usual
 
 }  // namespace
 
-bool EnergyPasses::converged(const Metric& metric, const Refinement& candidate,
+bool EnergyPasses::converged(const Metric& metric, const Refinement& candidate, double term_sum,
                              ScaledProblem& problem) noexcept {
   const Values &z = candidate.z(), &Qz = candidate.Qz();
   const int n = problem.n();
@@ -23,7 +23,9 @@ bool EnergyPasses::converged(const Metric& metric, const Refinement& candidate,
       change += (z[j] - z_before_[j]) * (Qz[j] - Hz_before_[j]);
       norm += z[j] * Qz[j];
     }
-    if (change <= kPassAccuracy * kPassAccuracy * norm || passes_ == kMaxPasses) return true;
+    const double rounding = n * kRounding * term_sum;  // of z, also where it is zero
+    if (change <= kPassAccuracy * kPassAccuracy * norm + rounding * rounding || passes_ == kMaxPasses)
+      return true;
   }
   ++passes_;
   std::copy_n(z.begin(), n, z_before_.begin());

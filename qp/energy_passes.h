@@ -23,7 +23,9 @@ class EnergyPasses {
   /// Whether the candidate is the solution of the least energy. If not, shifts γ by the gradient of the
   /// objective there, so that the next one is nearer.
   /// @param candidate  accepted, with its residuals evaluated
-  bool converged(const Metric& metric, const Refinement& candidate, ScaledProblem& problem) noexcept;
+  /// @param term_sum   Σ |γ_j| + Σ |λ_k| there
+  bool converged(const Metric& metric, const Refinement& candidate, double term_sum,
+                 ScaledProblem& problem) noexcept;
 
   /// γ before the first pass.
   const Values& gamma(const ScaledProblem& problem) const { return passes_ > 0 ? gamma_ : problem.gamma(); }

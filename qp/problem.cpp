@@ -12,8 +12,12 @@ namespace {
 // smaller pivots, rounding errors in H⁻¹ would decide which constraints are active.
 constexpr double kMinPivot = 1e-8;
 constexpr double kProximal = 1e-6;
-// Of the energy in the working problem of two levels, relative to H's diagonal where it is least.
-constexpr double kEnergyShare = 1e-7;
+// Share of the energy in the working Hessian of two levels, relative to H's diagonal where it is least. A
+// small one needs fewer passes. If the pivots are below kMinEnergyPivot then, the large one is taken, and E
+// made regular until they are kProximal: with smaller ones, rounding decides which constraints of similar
+// actuators are active.
+constexpr double kEnergyShare = 1e-7, kLargeEnergyShare = 1e-4;
+constexpr double kMinEnergyPivot = 5e-8;
 constexpr double kAsymmetry = 1e-8;
 // A variable with a smaller diagonal entry of H, relative to its energy, is scaled by its energy.
 constexpr double kMinColumnScale = 1e-6;
@@ -47,12 +51,12 @@ Vector variable_scales(const Matrix& H, const Matrix& E) {
   return d;
 }
 
-/// η that makes η E about kEnergyShare of H on the diagonal, at the variable where this share is least.
-double weight_of_energy(const Matrix& E, const Vector& d) {
+/// η that makes η E about `share` of H on the diagonal, at the variable where this share is least.
+double weight_of_energy(const Matrix& E, const Vector& d, double share) {
   double least = std::numeric_limits<double>::infinity();
   for (int j = 0; j < d.size(); ++j)
     if (E(j, j) > 0) least = std::min(least, d[j] * d[j] * E(j, j));
-  return kEnergyShare / least;
+  return share / least;
 }
 
 /// Lower Cholesky factor of S + μ I in place of S's lower triangle; the smallest pivot.
@@ -72,6 +76,8 @@ double factorize(Matrix& S, double mu) {
   }
   return smallest;
 }
+
+Preparation finite(const Matrix& L) { return L.allFinite() ? Preparation::kReady : Preparation::kNotFinite; }
 
 }  // namespace
 
@@ -108,18 +114,14 @@ Preparation Problem::prepare(const Matrix& H, const Matrix& E, const RowMatrix& 
     if (!(compliance[k] > 0) && !A.row(k).isZero(0)) return Preparation::kIndefinite;
 
   const Vector d = variable_scales(H, E);
-  energy_weight_ = tie_break == TieBreak::kLeastEnergy ? weight_of_energy(E, d) : 0;
-  const Matrix working = H + energy_weight_ * E;
-  const Matrix S = d.asDiagonal() * working * d.asDiagonal();
-  if (!S.allFinite() || !(A * d.asDiagonal()).allFinite()) return Preparation::kNotFinite;
-  Matrix L = S;
-  proximal_ = factorize(L, 0) < kMinPivot;
-  if (proximal_) {
-    L = S;
-    if (factorize(L, kProximal) < kProximal / 2) return Preparation::kIndefinite;
-  }
-  const bool energy_in_rows = energy_weight_ == 0 || (rows >= n && A.topRows(n) == E);
-  if (!objective_metric_.build({working, A, compliance, energy_in_rows ? nullptr : &E}, L, d,
+  if (!(A * d.asDiagonal()).allFinite()) return Preparation::kNotFinite;
+  Matrix L, working = H, energy = E;
+  const Preparation factored = tie_break == TieBreak::kLeastEnergy
+                                   ? factorize_two_levels(d, working, energy, L)
+                                   : factorize_one_level(H, d, L);
+  if (factored != Preparation::kReady) return factored;
+  const bool energy_in_rows = energy_weight_ == 0 || (rows >= n && A.topRows(n) == energy);
+  if (!objective_metric_.build({working, A, compliance, energy_in_rows ? nullptr : &energy}, L, d,
                                Metric::Softness::kUniform))
     return Preparation::kNotFinite;
   L.setIdentity();
@@ -131,6 +133,44 @@ Preparation Problem::prepare(const Matrix& H, const Matrix& E, const RowMatrix& 
   id_ = count.fetch_add(1, std::memory_order_relaxed) + 1;
   n_ = static_cast<int>(n);
   return Preparation::kReady;
+}
+
+/// @param L  result: factor of D H D, with a proximal term where H is nearly singular
+Preparation Problem::factorize_one_level(const Matrix& H, const Vector& d, Matrix& L) {
+  energy_weight_ = 0;
+  const Matrix S = d.asDiagonal() * H * d.asDiagonal();
+  if (!S.allFinite()) return Preparation::kNotFinite;
+  L = S;
+  proximal_ = factorize(L, 0) < kMinPivot;
+  if (!proximal_) return Preparation::kReady;
+  L = S;
+  return factorize(L, kProximal) < kProximal / 2 ? Preparation::kIndefinite : Preparation::kReady;
+}
+
+/// @param H  replaced by H + η E
+/// @param E  made regular where that is needed
+/// @param L  result: factor of D H D
+Preparation Problem::factorize_two_levels(const Vector& d, Matrix& H, Matrix& E, Matrix& L) {
+  if (E.isZero(0)) return factorize_one_level(H, d, L);
+  proximal_ = false;
+  const Matrix objective = H;
+  const auto factorize_with = [&](double share) {
+    energy_weight_ = weight_of_energy(E, d, share);
+    H = objective + energy_weight_ * E;
+    L = d.asDiagonal() * H * d.asDiagonal();
+    return factorize(L, 0);
+  };
+  if (factorize_with(kEnergyShare) >= kMinEnergyPivot) return finite(L);
+  const double pivot = factorize_with(kLargeEnergyShare);
+  if (pivot >= kProximal) return finite(L);
+  // A multiple of the identity raises every pivot by itself, at least: the term sets in continuously.
+  const double mu = kProximal - std::max(pivot, 0.0);
+  const Vector D_squared_inverse = d.cwiseAbs2().cwiseInverse();
+  E.diagonal() += mu / energy_weight_ * D_squared_inverse;
+  H.diagonal() += mu * D_squared_inverse;
+  L = d.asDiagonal() * H * d.asDiagonal();
+  if (!L.allFinite()) return Preparation::kNotFinite;
+  return factorize(L, 0) < kProximal / 2 ? Preparation::kIndefinite : Preparation::kReady;
 }
 
 }  // namespace tendril::qp

@@ -67,12 +67,14 @@ class Problem {
   int rows() const { return n_ == 0 ? 0 : objective_metric_.rows(); }
   /// Different for each successful prepare() of this process, shared by copies; 0 where nothing is prepared.
   std::uint64_t id() const { return n_ == 0 ? 0 : id_; }
-  /// True where H is singular or nearly so: then objective_metric() is that of H + μ D⁻², D ≈ diag(H)^-½,
-  /// μ = 1e-6.
+  /// True for a problem of one level where H is singular or nearly so: then objective_metric() is that of
+  /// H + μ D⁻², D ≈ diag(H)^-½, μ = 1e-6.
   bool proximal() const { return proximal_; }
   /// Whether the least energy is asked for, too.
   bool two_levels() const { return energy_weight_ > 0; }
-  /// η of a problem of two levels, whose objective_metric() is that of H + η E; else 0.
+  /// η of a problem of two levels, whose objective_metric() is that of H + η E; else 0. Where E is singular
+  /// on the null space of H, or nearly so, as if two actuators were alike, E contains a term ≤ 1e-2 of
+  /// its diagonal: they share the effort.
   double energy_weight() const { return energy_weight_; }
   /// The constraints in the metric of H, in which the optimum is sought.
   const Metric& objective_metric() const { return objective_metric_; }
@@ -81,6 +83,9 @@ class Problem {
   const Metric& violation_metric() const { return violation_metric_; }
 
  private:
+  Preparation factorize_one_level(const Matrix& H, const Vector& d, Matrix& L);
+  Preparation factorize_two_levels(const Vector& d, Matrix& H, Matrix& E, Matrix& L);
+
   int n_ = 0;
   bool proximal_ = false;
   double energy_weight_ = 0;

@@ -6,8 +6,7 @@
 namespace tendril::qp {
 namespace {
 
-constexpr double kRowAccuracy = 1e-9;    // of a row of a candidate, relative to its terms
-constexpr double kLooseAccuracy = 1e-7;  // the same, where rounding forbids that
+constexpr double kLooseAccuracy = 1e-7;  // of a row, where rounding forbids kRowAccuracy
 constexpr double kNegligible = 1e-11;    // of a row, relative to row_scale()
 // Largest error of a candidate, by Metric::error(), that is accepted without evaluating residuals, relative
 // to the largest scaled variable.
@@ -129,7 +128,8 @@ Refinement::RowResult Refinement::check_rows(const Metric& metric, const ScaledP
   }
   double largest = 0, change = 0;
   for (int k = first; k < end; ++k) {
-    const double terms = terms_[k] + std::abs(Qz_[k] - residual[k]), distance = std::abs(residual[k]);
+    const double distance = std::abs(residual[k]);
+    const double terms = terms_[k] + std::abs(Qz_[k] - residual[k]) + problem.relaxation(k);
     if (!negligible(k)) {
       met = met && distance <= kRowAccuracy * terms;
       loosely_met =
@@ -164,7 +164,7 @@ bool Refinement::stationary(const Metric& metric, const ScaledProblem& problem) 
   const double length = std::sqrt(square), before = gradient_norm_;
   gradient_norm_ = length;
   const double wanted = energy_weight_ > 0 ? kEnergyAccuracy * std::sqrt(energy) : kStationarity * z_max;
-  if (length <= wanted) return true;
+  if (length <= wanted || length <= problem.n() * kRounding * terms) return true;
   return length > before / 2 &&
          length <= kStationarity * std::max(z_max, problem.gamma_max()) + kRounding * terms;
 }

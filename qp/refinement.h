@@ -7,6 +7,9 @@
 
 namespace tendril::qp {
 
+/// Accuracy of a row of an accepted candidate, relative to its terms.
+inline constexpr double kRowAccuracy = 1e-9;
+
 /// The point at the present multipliers.
 struct Candidate {
   double term_sum = 0;          ///< Σ |γ_j| + Σ |λ_k|

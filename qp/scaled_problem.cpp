@@ -56,6 +56,7 @@ bool ScaledProblem::set_bounds(const Metric& metric, const Bounds& bounds) noexc
   for (int i = 0; first_row_ + i < stride_; i += kSimdRows)
     take(bounds.row_lower.data() + i, bounds.row_upper.data() + i, rows_ - i, first_row_ + i);
   value_max_ = reduce_max(size);
+  relaxed_ = false;
   return reduce_and(valid) && gamma_sum_ < kInfinity;
 }
 
@@ -75,6 +76,9 @@ void ScaledProblem::correct_gradient(const Metric& metric, const Values& change)
 }
 
 void ScaledProblem::relax(int k, double violation) noexcept {
+  if (!relaxed_) relaxation_.fill(0);
+  relaxed_ = true;
+  relaxation_[k] += std::abs(violation);
   const bool equality = lower_[k] == upper_[k];
   if (violation < 0 || equality) lower_[k] += violation;
   if (violation > 0 || equality) upper_[k] += violation;

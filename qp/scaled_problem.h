@@ -55,11 +55,14 @@ class ScaledProblem {
   /// Scaled bounds, as far as relaxed.
   const Values& lower() const { return lower_; }
   const Values& upper() const { return upper_; }
+  /// Magnitude of what the bounds of row k were relaxed by. The relaxed bound is exact to its rounding.
+  double relaxation(int k) const { return relaxed_ ? relaxation_[k] : 0; }
 
  private:
   int n_ = 0, rows_ = 0, first_row_ = 0, stride_ = 0;
   double gamma_max_ = 0, gamma_sum_ = 0, value_max_ = 0;
-  alignas(64) Values gamma_{}, start_{}, lower_{}, upper_{};
+  bool relaxed_ = false;
+  alignas(64) Values gamma_{}, start_{}, lower_{}, upper_{}, relaxation_{};
 };
 
 /// By how much a value is outside its bounds, signed.

@@ -30,6 +30,21 @@ bool sizes_fit(const Problem& problem, const Vector& g, const Bounds& bounds) {
          bounds.row_lower.size() == rows && bounds.row_upper.size() == rows;
 }
 
+/// Whether rows that were relaxed are met nevertheless: a conflict that is rounding is none.
+/// @param z  n scaled variables
+bool rows_met(const Metric& metric, const Bounds& bounds, const Values& z) {
+  Values product, size;
+  metric.evaluate(z, product, size);
+  for (int i = 0; i < metric.rows(); ++i) {
+    const int k = metric.first_row() + i;
+    const double lower = bounds.row_lower[i] * metric.weight(k),
+                 upper = bounds.row_upper[i] * metric.weight(k);
+    const double violation = bound_violation(product[k], lower, upper);
+    if (!(std::abs(violation) <= kRowAccuracy * (size[k] + std::abs(product[k] - violation)))) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 const char* name(Status status) noexcept {
@@ -68,6 +83,7 @@ const Solution& Solver::iterate(const Problem& problem, const Bounds& bounds, co
          !optimum_.energy_is_least(problem.objective_metric()))
     outcome = run(problem, bounds, cap, softened);
   if (outcome == Outcome::kCapped) return feasible_fallback(problem, bounds, hold);
+  if (softened) softened = !rows_met(problem.objective_metric(), bounds, optimum_.z());
   finish(problem, bounds, hold, optimum_.z(), softened ? Status::kSoftened : Status::kOptimal);
   if (softened)
     solution_.row_violation = worst_violation(problem.objective_metric(), bounds, optimum_.values());
