@@ -10,34 +10,32 @@ constexpr double kLeastPivot = 1e-12;
 
 /// Product of the first i entries of a row of L, padded with zeros, with those of v.
 inline double dot(const double* row, const double* v, int i) {
-  Strip products = {};
-  for (int j = 0; j < i; j += kStrip) products += load(row + j) * load(v + j);
-  return sum(products);
+  Simd products = {};
+  for (int j = 0; j < i; j += kSimdRows) products += load(row + j) * load(v + j);
+  return reduce_sum(products);
 }
 
 }  // namespace
 
 void WorkingSet::clear() noexcept {
-  size_ = updates_ = substituted_ = 0;
-  // Strips reach beyond the last entry, where zero times a number that is not finite would not be zero.
-  multiplier_.fill(0);
-  reciprocal_.fill(0);
-  forward_.fill(0);
+  // SIMD vectors reach beyond the last entry, where zero times a number that is not finite would not be zero.
+  for (int i = 0; i < size_; ++i) multiplier_[i] = reciprocal_[i] = forward_[i] = 0;
+  size_ = updates_ = solved_ = 0;
 }
 
 void WorkingSet::add(const Metric& metric, int k, Side side) noexcept {
   const double* gram = metric.gram(k);
   double* l = row(size_);
-  const int padded = round_up_to_strip(size_);
-  for (int i = 0; i < padded; i += kStrip) store(l + i, Strip{});
+  const int padded = round_up_to_simd(size_);
+  for (int i = 0; i < padded; i += kSimdRows) store(l + i, Simd{});
   for (int i = 0; i < size_; ++i) l[i] = gram[constraint_[i]] - dot(row(i), l, i);
-  Strip products = {};
-  for (int i = 0; i < padded; i += kStrip) {
-    const Strip before = load(l + i), after = before * load(reciprocal_.data() + i);
+  Simd products = {};
+  for (int i = 0; i < padded; i += kSimdRows) {
+    const Simd before = load(l + i), after = before * load(reciprocal_.data() + i);
     products += before * after;
     store(l + i, after);
   }
-  const double pivot = std::max(gram[k] + metric.softness(k) - sum(products), kLeastPivot);
+  const double pivot = std::max(gram[k] + metric.softness(k) - reduce_sum(products), kLeastPivot);
   pivot_[size_] = pivot;
   reciprocal_[size_] = 1 / pivot;
   constraint_[size_] = k;
@@ -69,14 +67,15 @@ void WorkingSet::drop(int dropped) noexcept {
     alpha *= before / after;
     pivot_[i - 1] = after;
     reciprocal_[i - 1] = 1 / after;
-    std::fill(to + (i - 1), to + round_up_to_strip(i - 1), 0.0);
+    std::fill(to + (i - 1), to + round_up_to_simd(i - 1), 0.0);
     constraint_[i - 1] = constraint_[i];
     side_[i - 1] = side_[i];
     multiplier_[i - 1] = multiplier_[i];
   }
   --size_;
+  multiplier_[size_] = reciprocal_[size_] = forward_[size_] = 0;
   ++updates_;
-  substituted_ = std::min(substituted_, dropped);
+  solved_ = std::min(solved_, dropped);
 }
 
 void WorkingSet::refactor(const Metric& metric) noexcept {
@@ -87,19 +86,21 @@ void WorkingSet::refactor(const Metric& metric) noexcept {
     add(metric, constraint_[size_], side_[size_]);
     multiplier_[size_ - 1] = multiplier;
   }
-  updates_ = substituted_ = 0;
+  updates_ = solved_ = 0;
 }
 
-void WorkingSet::substitute(int i, double b) noexcept { forward_[i] = b - dot(row(i), forward_.data(), i); }
+void WorkingSet::forward_substitute(int i, double b) noexcept {
+  forward_[i] = b - dot(row(i), forward_.data(), i);
+}
 
-int WorkingSet::move() noexcept {
+int WorkingSet::step() noexcept {
   alignas(32) Values target;
-  const int padded = round_up_to_strip(size_);
-  for (int i = 0; i < padded; i += kStrip)
+  const int padded = round_up_to_simd(size_);
+  for (int i = 0; i < padded; i += kSimdRows)
     store(target.data() + i, load(forward_.data() + i) * load(reciprocal_.data() + i));
   for (int i = size_ - 1; i > 0; --i) {
     const double* l = row(i);
-    for (int j = 0; j < i; j += kStrip) store(&target[j], load(&target[j]) - load(l + j) * target[i]);
+    for (int j = 0; j < i; j += kSimdRows) store(&target[j], load(&target[j]) - load(l + j) * target[i]);
   }
 
   int blocking = -1;
@@ -109,8 +110,8 @@ int WorkingSet::move() noexcept {
     const double limit = multiplier_[i] / (multiplier_[i] - target[i]);
     if (blocking < 0 || limit < step) step = limit, blocking = i;
   }
-  for (int i = 0; i < padded; i += kStrip) {
-    const Strip from = load(&multiplier_[i]);
+  for (int i = 0; i < padded; i += kSimdRows) {
+    const Simd from = load(&multiplier_[i]);
     store(&multiplier_[i], blocking < 0 ? load(&target[i]) : from + step * (load(&target[i]) - from));
   }
   if (blocking >= 0) multiplier_[blocking] = 0;

@@ -6,10 +6,10 @@
 
 namespace tendril::qp {
 
-/// Where row i starts in a lower triangle without diagonal whose rows are padded to whole strips.
+/// Where row i starts in a lower triangle without diagonal whose rows are padded to whole SIMD vectors.
 constexpr int start_of_row(int i) {
-  const int block = i / kStrip;
-  return kStrip * (kStrip * block * (block + 1) / 2 + (i % kStrip) * (block + 1));
+  const int block = i / kSimdRows;
+  return kSimdRows * (kSimdRows * block * (block + 1) / 2 + (i % kSimdRows) * (block + 1));
 }
 
 /// The constraints held at a bound, their multipliers, and the factor L D Lᵀ = G_WW + Δ_W of their Gram
@@ -56,26 +56,26 @@ class WorkingSet {
 
   /// Moves the multipliers towards the solution of (G_WW + Δ_W) λ = b, as far as their signs allow.
   /// @param b  by how much a constraint passes its bound at λ = 0: b(i) for entry i. It is asked only about
-  ///           entries that have come or moved up since the last call, unless forget_b() has been called
+  ///           entries that have come or moved up since the last call, unless invalidate_b() has been called
   /// @return   the entry whose multiplier came to zero first and stopped the move (the lowest of equals);
   ///           -1 where none did and λ solves the system
   template <typename Excess>
-  int move_towards(const Excess& b) noexcept {
-    for (int i = substituted_; i < size_; ++i) substitute(i, b(i));
-    substituted_ = size_;
-    return move();
+  int step_towards(const Excess& b) noexcept {
+    for (int i = solved_; i < size_; ++i) forward_substitute(i, b(i));
+    solved_ = size_;
+    return step();
   }
   /// To be called where b has changed for entries that have not.
-  void forget_b() { substituted_ = 0; }
+  void invalidate_b() { solved_ = 0; }
 
  private:
   double* row(int i) { return rows_.data() + start_of_row(i); }
 
-  void substitute(int i, double b) noexcept;
-  int move() noexcept;
+  void forward_substitute(int i, double b) noexcept;
+  int step() noexcept;
 
   int size_ = 0, updates_ = 0;
-  int substituted_ = 0;  // entries whose forward_ is up to date
+  int solved_ = 0;  // entries whose forward_ is up to date
   std::array<int, kMaxConstraints> constraint_{};
   std::array<Side, kMaxConstraints> side_{};
   alignas(64) Values multiplier_{};

@@ -89,10 +89,10 @@ bool ModelRefresher::fill(const fem::Compliance& compliance, const Eigen::Vector
                           std::int64_t now_ns, rt::Snapshot& snapshot) {
   const rt::CouplingMatrix weighed = weights_.asDiagonal() * compliance.W_ea;
   qp::Matrix H = weighed.transpose() * weighed;
-  qp::Ties ties = qp::Ties::kLeastEnergy;
+  qp::TieBreak tie_break = qp::TieBreak::kLeastEnergy;
   if (epsilon_ > 0) {
     H += epsilon_ * error_per_joule(H, compliance.W_aa, pressure_) * compliance.W_aa;
-    ties = qp::Ties::kAny;  // it has a single solution
+    tie_break = qp::TieBreak::kAny;  // it has a single solution
   }
   snapshot.stamp_ns = now_ns;
   snapshot.W_ea = compliance.W_ea;
@@ -101,7 +101,7 @@ bool ModelRefresher::fill(const fem::Compliance& compliance, const Eigen::Vector
   snapshot.delta_a_free = compliance.delta_a_free;
   snapshot.p_e_free = compliance.p_e_free;
   snapshot.lambda = lambda;
-  if (snapshot.problem.prepare(H, snapshot.W_aa, ties) != qp::Preparation::kReady) return false;
+  if (snapshot.problem.prepare(H, snapshot.W_aa, tie_break) != qp::Preparation::kReady) return false;
   snapshot.sequence = ++sequence_;
   return true;
 }

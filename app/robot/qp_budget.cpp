@@ -97,7 +97,7 @@ QpBudget judge_qp(const Config& config, double iteration_s) {
         "iterations, and {}; lower the rate, take fewer actuators, or set control.iteration_cap",
         config.file.string(), rate_hz, kShare / (needed * iteration_s), n, needed, cost));
   budget.text = fmt::format("{}; cap {}, at most {:.0f} thousand floating-point operations", cost, budget.cap,
-                            1e-3 * qp::worst_case_operations(n, budget.cap));
+                            1e-3 * qp::worst_case_operations(n, n, budget.cap));
   if (budget.cap > fit) budget.text += ": more than fit, lower control.iteration_cap or control.rate";
   return budget;
 }

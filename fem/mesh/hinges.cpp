@@ -98,7 +98,7 @@ std::string hinge_at(const Mesh& mesh, const std::vector<int>& nodes) {
     }));
   };
   const Eigen::Vector3d end = farthest(first);
-  return fmt::format("the edge from {} to {}", format_point_mm(farthest(end)), place(end));
+  return fmt::format("the edge from {} to {}", format_point_mm(farthest(end)), format_point_mm(end));
 }
 
 }  // namespace

@@ -13,21 +13,22 @@ constexpr double kTolerance = 1e-8;
 class Enumeration {
  public:
   Enumeration(const Qp& qp, const Eigen::MatrixXd& fixed, const Eigen::VectorXd& values)
-      : n_(static_cast<int>(qp.g.size())), scale_(n_), values_(values) {
+      : n_(static_cast<int>(qp.g.size())), count_(n_ + qp.rows()), scale_(n_), values_(values) {
     for (int j = 0; j < n_; ++j) scale_[j] = 1 / std::sqrt(qp.H(j, j));
     H_ = scale_.asDiagonal() * qp.H * scale_.asDiagonal();
     g_ = scale_.asDiagonal() * qp.g;
     fixed_.resize(fixed.rows(), n_);
     if (fixed.rows() > 0) fixed_ = fixed * scale_.asDiagonal();
-    C_.resize(2 * n_, n_);
+    C_.resize(count_, n_);
     C_.topRows(n_).setIdentity();
-    C_.bottomRows(n_) = qp.A * scale_.asDiagonal();
-    lower_.resize(2 * n_);
-    upper_.resize(2 * n_);
+    C_.bottomRows(qp.rows()) = qp.A * scale_.asDiagonal();
+    lower_.resize(count_);
+    upper_.resize(count_);
     lower_ << qp.bounds.lower.cwiseQuotient(scale_), qp.bounds.row_lower;
     upper_ << qp.bounds.upper.cwiseQuotient(scale_), qp.bounds.row_upper;
-    for (int k = n_; k < 2 * n_; ++k) {
+    for (int k = n_; k < count_; ++k) {
       const double norm = C_.row(k).norm();
+      if (norm == 0) continue;
       C_.row(k) /= norm;
       lower_[k] /= norm;
       upper_[k] /= norm;
@@ -48,7 +49,7 @@ class Enumeration {
 
   bool extend(int from, int count) {
     if (count == 0) return optimal();
-    for (int k = from; k + count <= 2 * n_; ++k) {
+    for (int k = from; k + count <= count_; ++k) {
       for (const int side : {-1, 1}) {
         const double bound = side < 0 ? lower_[k] : upper_[k];
         const bool equality = lower_[k] == upper_[k];
@@ -85,14 +86,14 @@ class Enumeration {
     for (int i = 0; i < m; ++i)
       if (active_[i].side * solution[n_ + i] < -kTolerance * (1 + g_.norm())) return false;
     const Eigen::VectorXd value = C_ * x_;
-    for (int k = 0; k < 2 * n_; ++k) {
+    for (int k = 0; k < count_; ++k) {
       const double tolerance = kTolerance * (1 + x_.norm());
       if (value[k] < lower_[k] - tolerance || value[k] > upper_[k] + tolerance) return false;
     }
     return true;
   }
 
-  int n_;
+  int n_, count_;  // variables; constraints
   Vector scale_, x_;
   Eigen::MatrixXd H_, C_, fixed_;
   Eigen::VectorXd g_, lower_, upper_, values_;

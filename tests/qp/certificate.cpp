@@ -8,8 +8,8 @@
 namespace tendril::qp {
 namespace {
 
-constexpr double kHeld = 1e-7;   // a row this near to its bound, relative to its terms, is held there
-constexpr double kReach = 1e-2;  // of what g alone would make of it, as a scale of the row beside its terms
+constexpr double kHeld = 1e-7;      // a row this near to its bound, relative to its terms, is held there
+constexpr double kResponse = 1e-2;  // of Qp::row_response(), as a scale of the row beside its terms
 constexpr double kSingular = 1e-6;
 
 /// y ≥ 0 of least |M y - b|; the columns of M have length one.  [Lawson & Hanson 1974, algorithm NNLS]
@@ -52,7 +52,7 @@ Eigen::VectorXd least_squares_nonnegative(const Eigen::MatrixXd& M, const Eigen:
 
 double stationarity(const Qp& qp, const Vector& x) {
   const int n = static_cast<int>(x.size());
-  const Vector rows = qp.A * x;
+  const RowVector rows = qp.A * x;
   std::vector<Eigen::VectorXd> held;  // outward normals
   const auto collect = [&](double value, double lower, double upper, double scale, const Vector& normal) {
     if (upper - value <= kHeld * scale) held.push_back(normal);
@@ -60,8 +60,10 @@ double stationarity(const Qp& qp, const Vector& x) {
   };
   for (int j = 0; j < n; ++j) {
     collect(x[j], qp.bounds.lower[j], qp.bounds.upper[j], 0, Vector::Unit(n, j));
-    collect(rows[j], qp.bounds.row_lower[j], qp.bounds.row_upper[j],
-            qp.row_scale(x, j) + kReach * qp.row_reach(j), qp.A.row(j).transpose());
+  }
+  for (int k = 0; k < qp.rows(); ++k) {
+    collect(rows[k], qp.bounds.row_lower[k], qp.bounds.row_upper[k],
+            qp.row_scale(x, k) + kResponse * qp.row_response(k), qp.A.row(k).transpose());
   }
   const Vector least = qp.H.diagonal() + 1e-300 * Vector::Ones(n);
   const auto metric = (qp.H + Matrix((kSingular * least).asDiagonal())).llt();
@@ -77,9 +79,9 @@ double stationarity(const Qp& qp, const Vector& x) {
   const Eigen::VectorXd y = least_squares_nonnegative(M, -gradient);
   const Eigen::VectorXd size =
       qp.H.cwiseAbs() * x.cwiseAbs() + qp.g.cwiseAbs() + Vector(normals.cwiseAbs() * y);
-  const double worth = size.dot(x.cwiseAbs()) + measured(qp.g).squaredNorm();
+  const double objective_scale = size.dot(x.cwiseAbs()) + measured(qp.g).squaredNorm();
   const double left = (M * y + gradient).norm();
-  return left == 0 ? 0 : left / std::sqrt(worth);
+  return left == 0 ? 0 : left / std::sqrt(objective_scale);
 }
 
 }  // namespace tendril::qp

@@ -31,7 +31,7 @@ Qp whole_numbers(std::mt19937_64& random, int n) {
   const bool regular = one_in(2);
   qp.H = W_ea.transpose() * W_ea + (regular ? 1 : 0) * Matrix::Identity(n, n);
   qp.g = W_ea.transpose() * Vector::NullaryExpr(W_ea.rows(), [&] { return draw(-20, 20); });
-  const auto bounds = [&](int reach, bool finite, Vector& lower, Vector& upper) {
+  const auto bounds = [&](int reach, bool finite, auto& lower, auto& upper) {
     lower = Vector::NullaryExpr(n, [&] { return draw(-reach, reach / 2); });
     upper = lower;
     for (int k = 0; k < n; ++k) {
@@ -77,7 +77,8 @@ TEST_CASE("Exact arithmetic finds the same objective, and the same problems impo
     const bool regular = Eigen::FullPivLU<Matrix>(qp.H).isInvertible();
     singular += !regular;
     Problem problem;
-    REQUIRE(problem.prepare(qp.H, qp.A, regular ? Ties::kAny : Ties::kLeastEnergy) == Preparation::kReady);
+    REQUIRE(problem.prepare(qp.H, qp.A, regular ? TieBreak::kAny : TieBreak::kLeastEnergy) ==
+            Preparation::kReady);
     Solver solver;
     const Solution& solution = solver.solve(problem, qp.g, qp.bounds, Vector::Zero(n), 1000);
     CAPTURE(regular, name(solution.status), solution.iterations, solution.x.transpose());

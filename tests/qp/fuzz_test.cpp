@@ -2,14 +2,14 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
-#include "tests/qp/adversary.h"
+#include "tests/qp/adversarial_problem.h"
 #include "tests/qp/certificate.h"
 
 namespace tendril::qp::fuzz_test {
 
 constexpr int kCap = 1000;
-constexpr double kMet = 1e-7;    // of its terms, to which a row is met,
-constexpr double kReach = 1e-9;  // and of what g alone would make of it
+constexpr double kMet = 1e-7;       // of its terms, to which a row is met,
+constexpr double kResponse = 1e-9;  // and of Qp::row_response()
 
 /// Value of an environment variable that holds a number, or another one where it is not set.
 long environment(const char* name, long otherwise) {
@@ -25,7 +25,7 @@ double regularity(const Matrix& H) {
 }
 
 /// Requires what holds for every answer to this problem; returns whether it was solved.
-bool check_answer(const Adversary& posed, const Solution& solution) {
+bool check_answer(const AdversarialProblem& posed, const Solution& solution) {
   const Qp& qp = posed.qp;
   const Vector& x = solution.x;
   REQUIRE(x.size() == qp.g.size());
@@ -40,7 +40,7 @@ bool check_answer(const Adversary& posed, const Solution& solution) {
     CAPTURE(k, violation[k], qp.row_scale(x, k));
     // What is feasible by a hair's breadth may be called impossible: then the violation is as small.
     if (solution.status == Status::kOptimal || (solution.status == Status::kSoftened && posed.feasible))
-      REQUIRE(std::abs(violation[k]) <= kMet * qp.row_scale(x, k) + kReach * qp.row_reach(k));
+      REQUIRE(std::abs(violation[k]) <= kMet * qp.row_scale(x, k) + kResponse * qp.row_response(k));
   }
   if (solution.status == Status::kSoftened) REQUIRE(solution.row_violation > 0);
   if (solution.status == Status::kOptimal)
@@ -59,7 +59,7 @@ TEST_CASE("However a problem is made worse, what is called solved is solved", "[
   long unsolved = 0, first_unsolved = 0;
   for (long seed = first; seed < first + count; ++seed) {
     CAPTURE(seed);
-    Adversary posed(static_cast<std::uint64_t>(seed));
+    AdversarialProblem posed(static_cast<std::uint64_t>(seed));
     const Vector hold = Vector::Zero(posed.qp.g.size());
     Problem problem;
     REQUIRE(problem.prepare(posed.qp.H, posed.qp.A) == Preparation::kReady);

@@ -85,10 +85,13 @@ TEST_CASE("Whatever bits come in, finite numbers within sound bounds come out", 
     const int n = 1 + repeat % 5;
     Qp qp = random_qp(random, n, Rows::kArbitrary);
     Vector hold = Vector::Zero(n);
-    const std::array<Vector*, 6> inputs = {
-        &qp.g, &hold, &qp.bounds.lower, &qp.bounds.upper, &qp.bounds.row_lower, &qp.bounds.row_upper};
-    for (std::uint64_t i = random() % 4; i > 0; --i)
-      bits((*inputs[random() % 6])[static_cast<int>(random() % n)]);
+    const std::array<double*, 6> inputs = {qp.g.data(),
+                                           hold.data(),
+                                           qp.bounds.lower.data(),
+                                           qp.bounds.upper.data(),
+                                           qp.bounds.row_lower.data(),
+                                           qp.bounds.row_upper.data()};
+    for (std::uint64_t i = random() % 4; i > 0; --i) bits(inputs[random() % 6][random() % n]);
     if (repeat % 10 == 0) bits(qp.H(static_cast<int>(random() % n), 0));
     if (repeat % 10 == 5) bits(qp.A(static_cast<int>(random() % n), 0));
     problem.prepare(qp.H, qp.A);

@@ -52,7 +52,7 @@ TEST_CASE("Of the efforts that come nearest to the target, those of the least en
     const auto [qp, W_ea, d] = redundant_robot(random, m, e, repeat % 2 == 0 ? 0.3 : 3);
     Problem any, least;
     REQUIRE(any.prepare(qp.H, qp.A) == Preparation::kReady);
-    REQUIRE(least.prepare(qp.H, qp.A, Ties::kLeastEnergy) == Preparation::kReady);
+    REQUIRE(least.prepare(qp.H, qp.A, TieBreak::kLeastEnergy) == Preparation::kReady);
     REQUIRE(least.two_levels());
     Solver solver;
     const Vector nearest = solver.solve(any, qp.g, qp.bounds, Vector::Zero(m), kCap).x;
@@ -87,7 +87,7 @@ TEST_CASE("With two levels the tip is not held back by the energy, as it is by a
     const double ratio =
         qp.H.cwiseAbs().rowwise().sum().maxCoeff() / qp.A.cwiseAbs().rowwise().sum().maxCoeff();
     REQUIRE(weighed.prepare(qp.H + 1e-3 * ratio * qp.A, qp.A) == Preparation::kReady);
-    REQUIRE(two.prepare(qp.H, qp.A, Ties::kLeastEnergy) == Preparation::kReady);
+    REQUIRE(two.prepare(qp.H, qp.A, TieBreak::kLeastEnergy) == Preparation::kReady);
     Solver solver;
     const Eigen::VectorXd with_weight =
         W_ea * solver.solve(weighed, qp.g, qp.bounds, Vector::Zero(4), kCap).x + d;
@@ -106,7 +106,7 @@ TEST_CASE("Efforts of the least energy keep to the bounds at every iteration cap
   for (int repeat = 0; repeat < 50; ++repeat) {
     const auto [qp, W_ea, d] = redundant_robot(random, 8, 3, 2);
     Problem problem;
-    REQUIRE(problem.prepare(qp.H, qp.A, Ties::kLeastEnergy) == Preparation::kReady);
+    REQUIRE(problem.prepare(qp.H, qp.A, TieBreak::kLeastEnergy) == Preparation::kReady);
     for (int cap = 0; cap < 20; ++cap) {
       Solver solver;
       const Solution& solution = solver.solve(problem, qp.g, qp.bounds, Vector::Zero(8), cap);

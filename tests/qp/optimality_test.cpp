@@ -31,7 +31,7 @@ void check_rows(const Qp& qp, const Problem& problem, const Solution& solution) 
   for (int k = 0; k < n; ++k) {
     CAPTURE(k, violation[k], problem_scale[k]);
     REQUIRE(std::abs(violation[k]) <= (problem.proximal() ? 1e-7 : 2e-9) * qp.row_scale(solution.x, k) +
-                                          3e-10 * (problem_scale[k] + qp.row_reach(k)));
+                                          3e-10 * (problem_scale[k] + qp.row_response(k)));
   }
   REQUIRE(solution.row_violation == 0);
 }
@@ -109,8 +109,8 @@ TEST_CASE("An optimal answer fulfils the Karush-Kuhn-Tucker conditions at every 
       // In the metric of H⁻¹, where half the square of what is left of the gradient bounds the objective's
       // excess.
       const Matrix H = qp.H + 1e-6 * Matrix(qp.H.diagonal().asDiagonal());
-      const double left = gradient.dot(H.ldlt().solve(gradient)), worth = size.dot(x.cwiseAbs());
-      REQUIRE(std::sqrt(left) <= 1e-5 * std::sqrt(worth));
+      const double left = gradient.dot(H.ldlt().solve(gradient)), objective_scale = size.dot(x.cwiseAbs());
+      REQUIRE(std::sqrt(left) <= 1e-5 * std::sqrt(objective_scale));
     }
   }
 }

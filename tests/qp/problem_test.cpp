@@ -64,7 +64,7 @@ TEST_CASE("G is the inverse Hessian seen by the constraints, scaled to a diagona
     REQUIRE(problem.prepare(qp.H, qp.A) == Preparation::kReady);
     if (problem.proximal()) continue;
     ++compared;
-    const Metric& metric = problem.optimum();
+    const Metric& metric = problem.objective_metric();
     Eigen::MatrixXd C(2 * n, n);
     C << Eigen::MatrixXd::Identity(n, n), qp.A;
     for (int c = 0; c < 2 * n; ++c) {
@@ -98,7 +98,7 @@ TEST_CASE("What G says of a point is off by no more than its error times the ter
     const Qp qp = random_qp(random, n, Rows::kFeasible);
     Problem problem;
     REQUIRE(problem.prepare(qp.H, qp.A) == Preparation::kReady);
-    const Metric& metric = problem.optimum();
+    const Metric& metric = problem.objective_metric();
     // Multipliers of a few constraints, scaled, and a gradient.
     Eigen::VectorXd lambda = Eigen::VectorXd::Zero(2 * n);
     for (int i = 0; i < n; ++i) lambda[static_cast<int>(random() % (2 * n))] = normal(random);

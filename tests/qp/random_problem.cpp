@@ -36,8 +36,8 @@ void draw_bounds(std::mt19937_64& random, bool around, bool finite, const Vector
 
 }  // namespace
 
-Vector Qp::violation(const Vector& x) const {
-  const Vector rows = A * x;
+RowVector Qp::violation(const Vector& x) const {
+  const RowVector rows = A * x;
   return rows - rows.cwiseMax(bounds.row_lower).cwiseMin(bounds.row_upper);
 }
 
@@ -48,11 +48,11 @@ double Qp::row_scale(const Vector& x, int k) const {
   return scale;
 }
 
-double Qp::row_reach(int k) const {
-  double reach = 0;
+double Qp::row_response(int k) const {
+  double response = 0;
   for (int j = 0; j < g.size(); ++j)
-    if (H(j, j) > 0) reach += std::abs(A(k, j) * g[j]) / H(j, j);
-  return reach;
+    if (H(j, j) > 0) response += std::abs(A(k, j) * g[j]) / H(j, j);
+  return response;
 }
 
 Qp random_qp(std::mt19937_64& random, int n, Rows rows) {

@@ -11,19 +11,21 @@ inline constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// A quadratic program as the caller states it.
 struct Qp {
-  Matrix H, A;
+  Matrix H;
+  RowMatrix A;  // square in random_qp(), where it is the energy matrix, too
   Vector g;
   Bounds bounds;
 
   double objective(const Vector& x) const { return 0.5 * x.dot(H * x) + g.dot(x); }
   /// Magnitude of the objective's terms at x, in which its errors are to be read.
   double scale(const Vector& x) const { return 0.5 * x.dot(H * x) + g.cwiseAbs().dot(x.cwiseAbs()); }
-  /// By how much A x passes its bounds, signed, n values.
-  Vector violation(const Vector& x) const;
+  int rows() const { return static_cast<int>(A.rows()); }
+  /// By how much A x passes its bounds, signed, a value for each row.
+  RowVector violation(const Vector& x) const;
   /// Magnitude of the terms of row k at x and of its bounds.
   double row_scale(const Vector& x, int k) const;
-  /// Magnitude of what g, by itself, makes of row k.
-  double row_reach(int k) const;
+  /// Magnitude that g, by itself, gives row k.
+  double row_response(int k) const;
 };
 
 enum class Rows { kFeasible, kArbitrary };

@@ -67,7 +67,7 @@ Sequence read_sequence(const std::filesystem::path& qps) {
   };
   const Vector a_min = bound(), a_max = bound(), l_min = bound(), l_max = bound();
 
-  Sequence result{qps.stem().string(), e, {}, {}};
+  Sequence result{qps.stem().string(), e, TieBreak::kAny, {}, {}};
   for (int i = 0; i < snapshots; ++i) {
     for (int j = 0; j < e; ++j) in.vector(m);  // W_ea
     const Matrix A = in.matrix(m), H = in.matrix(m);

@@ -23,6 +23,7 @@ struct Sequence {
   };
   std::string name;
   int effector_coordinates = 0;
+  TieBreak tie_break = TieBreak::kAny;
   std::vector<Snapshot> snapshots;
   std::vector<Tick> ticks;
 };

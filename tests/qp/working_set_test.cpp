@@ -42,14 +42,14 @@ TEST_CASE("However constraints came and went, the factor solves like one made an
         }
       inside.erase(k);
     } else if (inside.size() < n) {
-      set.add(problem.optimum(), k, Side::kBoth);
+      set.add(problem.objective_metric(), k, Side::kBoth);
       inside.insert(k);
     }
     Eigen::VectorXd b(set.size());
     for (double& entry : b) entry = normal(random);
-    set.forget_b();
-    REQUIRE(set.move_towards([&](int i) { return b[i]; }) == -1);
-    const Eigen::VectorXd expected = solve_densely(problem.optimum(), set, b);
+    set.invalidate_b();
+    REQUIRE(set.step_towards([&](int i) { return b[i]; }) == -1);
+    const Eigen::VectorXd expected = solve_densely(problem.objective_metric(), set, b);
     CAPTURE(step, set.size());
     for (int i = 0; i < set.size(); ++i)
       REQUIRE(set.multiplier(i) == Approx(expected[i]).margin(1e-5 * expected.norm()));
@@ -60,14 +60,14 @@ TEST_CASE("A multiplier that would change its sign stops all of them where it is
   Problem problem;
   REQUIRE(problem.prepare(Matrix::Identity(3, 3), Matrix::Identity(3, 3)) == Preparation::kReady);
   WorkingSet set;
-  set.add(problem.optimum(), 0, Side::kUpper);
-  set.add(problem.optimum(), 1, Side::kUpper);
-  set.add(problem.optimum(), 2, Side::kLower);
+  set.add(problem.objective_metric(), 0, Side::kUpper);
+  set.add(problem.objective_metric(), 1, Side::kUpper);
+  set.add(problem.objective_metric(), 2, Side::kLower);
   const std::array<double, 3> good = {4, 2, -8}, bad = {8, -2, -8};
-  REQUIRE(set.move_towards([&](int i) { return good[i]; }) == -1);
+  REQUIRE(set.step_towards([&](int i) { return good[i]; }) == -1);
   CHECK(set.multiplier(0) == Approx(4));
-  set.forget_b();
-  REQUIRE(set.move_towards([&](int i) { return bad[i]; }) == 1);
+  set.invalidate_b();
+  REQUIRE(set.step_towards([&](int i) { return bad[i]; }) == 1);
   CHECK(set.multiplier(0) == Approx(6));
   CHECK(set.multiplier(1) == 0);
   CHECK(set.multiplier(2) == Approx(-8));

@@ -18,7 +18,7 @@ TEST_CASE("The cap is what fits into a quarter of the cycle, and 16 an actuator 
   CHECK(judge_qp(config, 1e-12).cap == 64);
   CHECK(judge_qp(config, 0.39999e-6).text ==
         "an iteration costs 0.4 us here; 1250 fit into a quarter of the 2000 us cycle; cap 64, at most " +
-            std::to_string(std::lround(1e-3 * qp::worst_case_operations(4, 64))) +
+            std::to_string(std::lround(1e-3 * qp::worst_case_operations(4, 4, 64))) +
             " thousand floating-point operations");
 }
 
