@@ -133,7 +133,9 @@ Refinement::RowResult Refinement::check_rows(const Metric& metric, const ScaledP
     if (!negligible(k)) {
       met = met && distance <= kRowAccuracy * terms;
       loosely_met =
-          loosely_met && distance <= std::clamp(rounding, kRowAccuracy * terms, kLooseAccuracy * terms);
+          loosely_met && (distance <= std::clamp(rounding, kRowAccuracy * terms, kLooseAccuracy * terms) ||
+                          // Near zero, rounding of the multipliers exceeds any share of the terms.
+                          (distance <= rounding && distance <= kNegligible * row_scale(metric, problem, k)));
     }
     change = std::max(change, std::abs(residual[k] - row_residual_[k]));
     largest = std::max(largest, distance);

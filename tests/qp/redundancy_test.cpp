@@ -32,9 +32,10 @@ struct Kind {
   Added added;
   double distance;
 };
-const Kind kKinds[] = {{Added::kDuplicate, 0}, {Added::kNear, 1e-1},  {Added::kNear, 1e-2},
-                       {Added::kNear, 1e-3},   {Added::kNear, 1e-4},  {Added::kNear, 1e-6},
-                       {Added::kNear, 1e-8},   {Added::kOpposite, 0}, {Added::kOther, 0}};
+const Kind kKinds[] = {{Added::kNone, 0},    {Added::kDuplicate, 0}, {Added::kNear, 1e-1},
+                       {Added::kNear, 1e-2}, {Added::kNear, 1e-3},   {Added::kNear, 1e-4},
+                       {Added::kNear, 1e-6}, {Added::kNear, 1e-8},   {Added::kOpposite, 0},
+                       {Added::kOther, 0}};
 
 void prepare(const RedundantRobot::Cycle& cycle, TieBreak tie_break, Problem& problem) {
   if (cycle.new_snapshot) REQUIRE(problem.prepare(cycle.H, cycle.A, tie_break) == Preparation::kReady);
