@@ -40,10 +40,10 @@ std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplaceme
                                rt::TripleBuffer<PlantEfforts>& efforts,
                                rt::TripleBuffer<PlantMeasurement>& measurements,
                                const std::atomic<bool>& quit) {
-  std::int64_t then_ns = rt::now_ns(), steps = 0, missed = 0;
+  int64_t then_ns = rt::now_ns(), steps = 0, missed = 0;
   rt::PeriodicClock clock(1e9 / static_cast<double>(body.time_step_ns()), then_ns);
   while (!quit) {
-    const std::int64_t now_ns = clock.wait();
+    const int64_t now_ns = clock.wait();
     if (!body.step(displacements.latest(),
                    std::min(kLongestStep_s, 1e-9 * static_cast<double>(now_ns - then_ns)))) {
       spdlog::error("the simulated body could not be advanced: a smaller plant.time_step may help");
@@ -57,7 +57,7 @@ std::optional<double> run_body(PlantBody& body, rt::TripleBuffer<PlantDisplaceme
     ++steps;
     missed += clock.realign(rt::now_ns());
   }
-  return static_cast<double>(missed) / static_cast<double>(std::max<std::int64_t>(1, steps + missed));
+  return static_cast<double>(missed) / static_cast<double>(std::max<int64_t>(1, steps + missed));
 }
 
 void run_bus(hal::Bus& bus, PlantDrives& drives, rt::TripleBuffer<PlantDisplacements>& displacements,

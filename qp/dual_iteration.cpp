@@ -57,7 +57,7 @@ bool DualIteration::unconstrained_is_optimal(const Metric& metric, const Bounds&
          problem_.minimum_meets(metric, bounds);
 }
 
-bool DualIteration::set_bounds(const Metric& metric, std::uint64_t id, const Bounds& bounds,
+bool DualIteration::set_bounds(const Metric& metric, uint64_t id, const Bounds& bounds,
                                double energy_weight) noexcept {
   energy_passes_.begin(energy_weight);
   if (!problem_.set_bounds(metric, bounds)) return false;
@@ -67,7 +67,7 @@ bool DualIteration::set_bounds(const Metric& metric, std::uint64_t id, const Bou
 }
 
 /// Fits the working set of the problem before to this one.
-void DualIteration::warm_start(const Metric& metric, std::uint64_t id) {
+void DualIteration::warm_start(const Metric& metric, uint64_t id) {
   if (id != id_ || working_set_.updates() > kMaxUpdates) working_set_.refactor(metric);
   id_ = id;
   working_set_.invalidate_b();

@@ -37,8 +37,7 @@ class DualIteration {
   /// @param id             equal for equal metrics
   /// @param energy_weight  Problem::energy_weight()
   /// @return  false where g is not finite or bounds contradict each other or are not numbers
-  bool set_bounds(const Metric& metric, std::uint64_t id, const Bounds& bounds,
-                  double energy_weight) noexcept;
+  bool set_bounds(const Metric& metric, uint64_t id, const Bounds& bounds, double energy_weight) noexcept;
 
   /// Iterates until the problem is solved or the rows appear to conflict.
   /// @param metric      that of set_gradient()
@@ -74,7 +73,7 @@ class DualIteration {
   void reset();
 
  private:
-  void warm_start(const Metric& metric, std::uint64_t id);
+  void warm_start(const Metric& metric, uint64_t id);
   void add(const Metric& metric, int k);
   void drop(int i);
   double bound(int i) const;
@@ -83,7 +82,7 @@ class DualIteration {
   int most_violated() const;
 
   WorkingSet working_set_;
-  std::uint64_t id_ = 0;  // of the metric for which working_set_ is factored
+  uint64_t id_ = 0;  // of the metric for which working_set_ is factored
   ScaledProblem problem_;
   Refinement refinement_;
   EnergyPasses energy_passes_;

@@ -7,7 +7,7 @@
 
 namespace tendril::qp {
 
-inline constexpr int kMaxVariables = 32;
+inline constexpr int kMaxVariables = TENDRIL_MAX_ACTUATORS;
 inline constexpr int kMaxRows = 64;  ///< of A: those of the actuators, and as many others
 inline constexpr int kMaxConstraints = kMaxVariables + kMaxRows;  ///< two-sided: bounds of x and rows of A
 

@@ -129,7 +129,7 @@ Preparation Problem::prepare(const Matrix& H, const Matrix& E, const RowMatrix& 
   if (!violation_metric_.build({D_squared_inverse, A, compliance}, L, d, Metric::Softness::kByCompliance))
     return Preparation::kNotFinite;
 
-  static std::atomic<std::uint64_t> count{0};
+  static std::atomic<uint64_t> count{0};
   id_ = count.fetch_add(1, std::memory_order_relaxed) + 1;
   n_ = static_cast<int>(n);
   return Preparation::kReady;

@@ -66,7 +66,7 @@ class Problem {
   /// Number of rows of A; 0 where nothing is prepared.
   int rows() const { return n_ == 0 ? 0 : objective_metric_.rows(); }
   /// Different for each successful prepare() of this process, shared by copies; 0 where nothing is prepared.
-  std::uint64_t id() const { return n_ == 0 ? 0 : id_; }
+  uint64_t id() const { return n_ == 0 ? 0 : id_; }
   /// True for a problem of one level where H is singular or nearly so: then objective_metric() is that of
   /// H + μ D⁻², D ≈ diag(H)^-½, μ = 1e-6.
   bool proximal() const { return proximal_; }
@@ -89,7 +89,7 @@ class Problem {
   int n_ = 0;
   bool proximal_ = false;
   double energy_weight_ = 0;
-  std::uint64_t id_ = 0;
+  uint64_t id_ = 0;
   Metric objective_metric_, violation_metric_;
 };
 

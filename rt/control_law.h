@@ -11,7 +11,7 @@
 namespace tendril::rt {
 
 /// Where a run stands. Each phase leads to the next or to kStopping.
-enum class Phase : std::uint8_t {
+enum class Phase : uint8_t {
   kConnecting,  ///< until every drive has told its position, and every required sensor is fresh
   kModelling,   ///< until the model rests at the measured lengths and has published a snapshot
   kEnabling,    ///< until every drive follows its command; they hold where they are
@@ -26,8 +26,8 @@ const char* name(Phase phase) noexcept;
 
 /// What one cycle is told beside measurement, snapshot and target.
 struct CycleInput {
-  std::int64_t now_ns = 0;     ///< the instant the cycle is for: its intended wake-up
-  std::int64_t wakeup_ns = 0;  ///< how much later it began: by so much snapshot and target are older
+  int64_t now_ns = 0;     ///< the instant the cycle is for: its intended wake-up
+  int64_t wakeup_ns = 0;  ///< how much later it began: by so much snapshot and target are older
   /// Cycles before this one that ended late, in a row. A long stall is one cycle: it is left to the drives,
   /// which watch our heartbeat.
   int late_in_a_row = 0;
@@ -47,7 +47,7 @@ struct Decision {
   bool qp_solved = false;       ///< whether a QP was posed in this cycle
   qp::Status qp_status = qp::Status::kOptimal;
   int qp_iterations = 0;
-  std::int64_t snapshot_age_ns = 0;
+  int64_t snapshot_age_ns = 0;
 };
 
 /// What decides in each cycle of the control loop: from what is measured, known and wanted to what the drives

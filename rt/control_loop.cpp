@@ -13,8 +13,8 @@ int bits_of(hal::Wire wire, std::span<const hal::Frame> frames) noexcept {
   return bits;
 }
 
-void fill(TraceRecord& record, std::int64_t now_ns, const hal::Measurement& measurement,
-          const Snapshot* snapshot, const Decision& decision) noexcept {
+void fill(TraceRecord& record, int64_t now_ns, const hal::Measurement& measurement, const Snapshot* snapshot,
+          const Decision& decision) noexcept {
   record.intended_ns = now_ns;
   record.phase = decision.phase;
   record.faults = decision.faults;
@@ -35,7 +35,7 @@ void fill(TraceRecord& record, std::int64_t now_ns, const hal::Measurement& meas
   }
 }
 
-void fill(Feedback& feedback, std::int64_t now_ns, const hal::Measurement& measurement,
+void fill(Feedback& feedback, int64_t now_ns, const hal::Measurement& measurement,
           const Decision& decision) noexcept {
   feedback.stamp_ns = now_ns;
   feedback.displacements_known = measurement.all_known;

@@ -18,7 +18,7 @@ constexpr double kLimitTolerance = 1e-5;  // s
 // Targets on the border of the workspace are inside in spite of rounding.
 constexpr double kBorder = 1e-9;  // m; the workspace has no border for volumes
 // How long drives may take to disable before the run ends without them.
-constexpr std::int64_t kDisableLimit_ns = 1'000'000'000;
+constexpr int64_t kDisableLimit_ns = 1'000'000'000;
 
 bool inside(const EffectorVector& p, const EffectorVector& lower, const EffectorVector& upper) noexcept {
   return p.allFinite() && (p.array() >= lower.array() - kBorder).all() &&
@@ -109,7 +109,7 @@ void Controller::hold_measured(const hal::Measurement& measurement, const Snapsh
   }
 }
 
-void Controller::enter(Phase phase, std::int64_t now_ns) noexcept {
+void Controller::enter(Phase phase, int64_t now_ns) noexcept {
   decision_.phase = phase;
   phase_since_ns_ = now_ns;
 }
@@ -134,8 +134,8 @@ void Controller::stop_if_demanded(const hal::Measurement& measurement, const Cyc
 }
 
 void Controller::advance_phase(const hal::Measurement& measurement, const Snapshot* snapshot,
-                               std::int64_t now_ns) noexcept {
-  const std::int64_t elapsed_ns = now_ns - phase_since_ns_;
+                               int64_t now_ns) noexcept {
+  const int64_t elapsed_ns = now_ns - phase_since_ns_;
   switch (decision_.phase) {
     case Phase::kConnecting:
       if (measurement.all_known && measurement.sensors.ready) enter(Phase::kModelling, now_ns);

@@ -10,7 +10,7 @@
 namespace tendril::rt {
 
 /// How a stop ends the motion, before the drives are disabled.
-enum class StopAction : std::uint8_t {
+enum class StopAction : uint8_t {
   kHold,   ///< come to a halt and stay
   kRelax,  ///< come to a halt, then bring every actuator to its displacement at rest
 };
@@ -25,8 +25,8 @@ struct ControllerConfig {
   EffectorVector workspace_min, workspace_max;       ///< where targets may lie, e, m or m³; may be infinite
   int iteration_cap = 100;                           ///< of the QP
   double period_s = 0;                               ///< s
-  std::int64_t snapshot_age_limit_ns = 0;
-  std::int64_t target_age_limit_ns = 0;
+  int64_t snapshot_age_limit_ns = 0;
+  int64_t target_age_limit_ns = 0;
   int late_cycles_limit = std::numeric_limits<int>::max();  ///< so many in a row end the run
   StopAction stop = StopAction::kHold;
 };
@@ -64,11 +64,10 @@ class Controller final : public ControlLaw {
   int lost_sensor() const noexcept { return lost_sensor_; }
 
  private:
-  void advance_phase(const hal::Measurement& measurement, const Snapshot* snapshot,
-                     std::int64_t now_ns) noexcept;
+  void advance_phase(const hal::Measurement& measurement, const Snapshot* snapshot, int64_t now_ns) noexcept;
   void stop_if_demanded(const hal::Measurement& measurement, const CycleInput& cycle,
                         FaultSet before) noexcept;
-  void enter(Phase phase, std::int64_t now_ns) noexcept;
+  void enter(Phase phase, int64_t now_ns) noexcept;
   void serve_target(const Target* target, const CycleInput& cycle) noexcept;
   void run(const Snapshot& snapshot) noexcept;
   void solve(const Snapshot& snapshot) noexcept;
@@ -92,8 +91,8 @@ class Controller final : public ControlLaw {
   Fault stop_reason_ = Fault::kDrives;
   hal::DriveFault drive_fault_;
   int lost_sensor_ = -1;
-  std::int64_t phase_since_ns_ = 0;
-  std::int64_t stop_limit_ns_;  // the longest that coming to a halt can take
+  int64_t phase_since_ns_ = 0;
+  int64_t stop_limit_ns_;  // the longest that coming to a halt can take
 };
 
 }  // namespace tendril::rt

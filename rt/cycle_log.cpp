@@ -13,8 +13,8 @@ const CycleStart& CycleLog::wait() noexcept {
 }
 
 void CycleLog::end_of_cycle(TraceRecord& record) noexcept {
-  const std::int64_t ended_ns = now_ns();
-  const std::int64_t overdue_ns = ended_ns - clock_.next_deadline_ns();
+  const int64_t ended_ns = now_ns();
+  const int64_t overdue_ns = ended_ns - clock_.next_deadline_ns();
   record.missed = clock_.realign(ended_ns);
   if (record.missed > 0) counts_.wakeup.record_with_missed(overdue_ns, clock_.period_ns());
   start_.late_in_a_row = record.missed > 0 ? start_.late_in_a_row + 1 : 0;

@@ -13,9 +13,9 @@ namespace tendril::rt {
 
 /// What the control thread counted over a run.
 struct LoopCounts {
-  std::int64_t cycles = 0;       ///< deadlines that passed, missed ones included
-  std::int64_t late_cycles = 0;  ///< of these, deadlines missed because a cycle ended after them
-  std::int64_t heap_calls = 0;   ///< -1 where they cannot be counted (sanitizers)
+  int64_t cycles = 0;       ///< deadlines that passed, missed ones included
+  int64_t late_cycles = 0;  ///< of these, deadlines missed because a cycle ended after them
+  int64_t heap_calls = 0;   ///< -1 where they cannot be counted (sanitizers)
   PageFaults page_faults;
   Scheduling scheduling;
   Histogram wakeup;  ///< from intended to actual wake-up, missed ones included
@@ -29,9 +29,9 @@ struct LoopCounts {
 
 /// How a cycle began.
 struct CycleStart {
-  std::int64_t intended_ns = 0;  ///< the instant that the cycle decides for: its deadline on the grid
-  std::int64_t woken_ns = 0;     ///< when it began
-  int late_in_a_row = 0;         ///< cycles before this one that ended late, in a row
+  int64_t intended_ns = 0;  ///< the instant that the cycle decides for: its deadline on the grid
+  int64_t woken_ns = 0;     ///< when it began
+  int late_in_a_row = 0;    ///< cycles before this one that ended late, in a row
 };
 
 /// The bookkeeping of a control loop: how long the stages of each cycle took, which deadlines it missed, and
@@ -59,7 +59,7 @@ class CycleLog {
   HeapGuard heap_;
   PageFaultCounter page_faults_;
   CycleStart start_;
-  std::int64_t read_ns_ = 0, solved_ns_ = 0;
+  int64_t read_ns_ = 0, solved_ns_ = 0;
 };
 
 }  // namespace tendril::rt

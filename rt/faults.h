@@ -6,7 +6,7 @@
 namespace tendril::rt {
 
 /// What can be wrong in a control cycle.
-enum class Fault : std::uint8_t {
+enum class Fault : uint8_t {
   kSnapshotStale,
   kTargetStale,
   kTargetRefused,
@@ -21,7 +21,7 @@ enum class Fault : std::uint8_t {
 inline constexpr int kFaultKinds = 10;
 
 /// What the controller does about it, from the mildest on.
-enum class Reaction : std::uint8_t {
+enum class Reaction : uint8_t {
   kServe,       ///< goes on with what it has; the cycle's command is within all limits
   kHoldTarget,  ///< goes on toward the last good target
   kHalt,        ///< comes to a halt and stays until the fault has passed
@@ -62,11 +62,11 @@ class FaultSet {
       if (has(entry.fault) && entry.reaction >= reaction) return true;
     return false;
   }
-  std::uint32_t bits() const noexcept { return bits_; }
+  uint32_t bits() const noexcept { return bits_; }
 
  private:
-  static constexpr std::uint32_t bit(Fault fault) noexcept { return 1u << static_cast<unsigned>(fault); }
-  std::uint32_t bits_ = 0;
+  static constexpr uint32_t bit(Fault fault) noexcept { return 1u << static_cast<unsigned>(fault); }
+  uint32_t bits_ = 0;
 };
 
 }  // namespace tendril::rt

@@ -17,12 +17,12 @@ namespace {
 // initial-exec: the number lies at a fixed offset in the block that every thread has before it runs its first
 // instruction, so reaching it never allocates (which would call malloc again) and works in the first malloc
 // of the process, which comes from the dynamic linker before main and before any constructor.
-[[gnu::tls_model("initial-exec")]] constinit thread_local std::int64_t heap_calls = 0;
+[[gnu::tls_model("initial-exec")]] constinit thread_local int64_t heap_calls = 0;
 }  // namespace
 
 HeapGuard::HeapGuard() noexcept : at_start_(heap_calls) {}
 
-std::int64_t HeapGuard::calls() const noexcept { return heap_calls - at_start_; }
+int64_t HeapGuard::calls() const noexcept { return heap_calls - at_start_; }
 
 #ifdef TENDRIL_COUNTS_HEAP_CALLS
 namespace {

@@ -17,14 +17,14 @@ class HeapGuard {
 
   /// Heap calls since construction of the thread that asks, which must be the one that made the guard; 0
   /// where the guard is not available. Real-time: wait-free.
-  std::int64_t calls() const noexcept;
+  int64_t calls() const noexcept;
 
   /// Whether heap calls are counted: false under a sanitizer, which has a malloc of its own, and without
   /// glibc. Real-time: wait-free.
   static bool available() noexcept;
 
  private:
-  std::int64_t at_start_;
+  int64_t at_start_;
 };
 
 }  // namespace tendril::rt

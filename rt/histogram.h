@@ -17,14 +17,14 @@ namespace tendril::rt {
 /// deadline, period) before it realigns, for the deadlines that it is about to skip.
 class Histogram {
  public:
-  static constexpr std::int64_t kHighestNs = (std::int64_t{1} << 34) - 1;  // 17.2 s
+  static constexpr int64_t kHighestNs = (int64_t{1} << 34) - 1;  // 17.2 s
   static constexpr int kBuckets = 26 * 512;  // below 512 ns, and the 25 doublings from there to kHighestNs
   static constexpr int kMissedCap = 1 << 16;
 
   /// Adds one duration.
   /// @param value_ns  below 0 counts as 0, above kHighestNs as kHighestNs
   /// Real-time: wait-free, one thread.
-  void record(std::int64_t value_ns) noexcept;
+  void record(int64_t value_ns) noexcept;
 
   /// Adds the latency of a wake-up and those of the wake-ups that should have come during it: value, value −
   /// period, value − 2 period, … while above 0. Otherwise a stall of a hundred periods would weigh as one bad
@@ -32,7 +32,7 @@ class Histogram {
   /// @param value_ns   as for record()
   /// @param period_ns  of the loop; below 1: only the value itself is added
   /// Real-time: wait-free, one thread; at most kMissedCap steps.
-  void record_with_missed(std::int64_t value_ns, std::int64_t period_ns) noexcept;
+  void record_with_missed(int64_t value_ns, int64_t period_ns) noexcept;
 
   /// Adds all that another histogram holds.
   /// Real-time: wait-free, one thread; kBuckets steps.
@@ -43,11 +43,11 @@ class Histogram {
   void clear() noexcept;
 
   /// How many durations it holds.
-  std::int64_t count() const noexcept { return count_; }
+  int64_t count() const noexcept { return count_; }
 
   /// The least and the greatest duration, exact, ns; 0 where there is none.
-  std::int64_t min_ns() const noexcept { return count_ > 0 ? min_ns_ : 0; }
-  std::int64_t max_ns() const noexcept { return max_ns_; }
+  int64_t min_ns() const noexcept { return count_ > 0 ? min_ns_ : 0; }
+  int64_t max_ns() const noexcept { return max_ns_; }
 
   /// The mean of the durations, exact but for rounding, ns; 0 where there is none.
   double mean_ns() const noexcept;
@@ -58,24 +58,24 @@ class Histogram {
   /// where
   ///           there is none
   /// Real-time: wait-free; kBuckets steps.
-  std::int64_t percentile_ns(double p) const noexcept;
+  int64_t percentile_ns(double p) const noexcept;
 
   /// One bucket, for plots: the durations it covers, both ends included, and how many of them there were.
   struct Bucket {
-    std::int64_t low_ns = 0, high_ns = 0, count = 0;
+    int64_t low_ns = 0, high_ns = 0, count = 0;
   };
 
   /// @param index  0 to kBuckets − 1, by growing duration
   Bucket bucket(int index) const noexcept;
 
  private:
-  static int index_of(std::int64_t value_ns) noexcept;
+  static int index_of(int64_t value_ns) noexcept;
 
-  std::array<std::int64_t, kBuckets> counts_{};
-  std::int64_t count_ = 0;
-  std::int64_t sum_ns_ = 0;
-  std::int64_t min_ns_ = kHighestNs;
-  std::int64_t max_ns_ = 0;
+  std::array<int64_t, kBuckets> counts_{};
+  int64_t count_ = 0;
+  int64_t sum_ns_ = 0;
+  int64_t min_ns_ = kHighestNs;
+  int64_t max_ns_ = 0;
 };
 
 }  // namespace tendril::rt

@@ -10,7 +10,7 @@
 
 namespace tendril::rt {
 
-IdleLatencyLimit::IdleLatencyLimit(std::int32_t limit_us, const std::string& device)
+IdleLatencyLimit::IdleLatencyLimit(int32_t limit_us, const std::string& device)
     : device_(open(device.c_str(), O_WRONLY | O_CLOEXEC)) {
   // Four bytes are a number in binary; any other length would be read as hexadecimal text.
   if (device_ >= 0 && write(device_, &limit_us, sizeof limit_us) == sizeof limit_us) return;

@@ -14,7 +14,7 @@ class IdleLatencyLimit {
   /// @param device    where the kernel takes limits, for as long as it is open
   /// @throws RtError  where the kernel refuses; what() says what to grant
   /// Real-time: no (opens a file).
-  explicit IdleLatencyLimit(std::int32_t limit_us, const std::string& device = "/dev/cpu_dma_latency");
+  explicit IdleLatencyLimit(int32_t limit_us, const std::string& device = "/dev/cpu_dma_latency");
   ~IdleLatencyLimit();
   IdleLatencyLimit(const IdleLatencyLimit&) = delete;
   IdleLatencyLimit& operator=(const IdleLatencyLimit&) = delete;

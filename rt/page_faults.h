@@ -6,10 +6,10 @@ namespace tendril::rt {
 
 /// Page faults of one thread.
 struct PageFaults {
-  std::int64_t minor = 0;  // the page was in memory and only had to be mapped: microseconds
-  std::int64_t major = 0;  // the page had to be read from a disk: milliseconds
+  int64_t minor = 0;  // the page was in memory and only had to be mapped: microseconds
+  int64_t major = 0;  // the page had to be read from a disk: milliseconds
 
-  std::int64_t total() const noexcept { return minor + major; }
+  int64_t total() const noexcept { return minor + major; }
 };
 
 /// Counts the page faults of the thread that made it, from then on.

@@ -7,19 +7,19 @@
 namespace tendril::rt {
 
 namespace {
-constexpr std::int64_t kNsPerS = 1'000'000'000;
+constexpr int64_t kNsPerS = 1'000'000'000;
 }
 
-std::int64_t now_ns() noexcept {
+int64_t now_ns() noexcept {
   timespec time;
   clock_gettime(CLOCK_MONOTONIC, &time);
   return time.tv_sec * kNsPerS + time.tv_nsec;
 }
 
-PeriodicClock::PeriodicClock(double rate_hz, std::int64_t start_ns) : grid_(rate_hz, start_ns) {}
+PeriodicClock::PeriodicClock(double rate_hz, int64_t start_ns) : grid_(rate_hz, start_ns) {}
 
-std::int64_t PeriodicClock::wait() noexcept {
-  const std::int64_t deadline_ns = next_deadline_ns();
+int64_t PeriodicClock::wait() noexcept {
+  const int64_t deadline_ns = next_deadline_ns();
   const timespec deadline{.tv_sec = deadline_ns / kNsPerS, .tv_nsec = deadline_ns % kNsPerS};
   // A signal handler may interrupt the sleep. The deadline is absolute, so going back to sleep loses nothing
   // and ends at the deadline at the latest. EINTR comes back as the result: this call does not use errno.
@@ -29,8 +29,8 @@ std::int64_t PeriodicClock::wait() noexcept {
   return deadline_ns;
 }
 
-std::int64_t PeriodicClock::realign(std::int64_t time_ns) noexcept {
-  const std::int64_t due = next_;
+int64_t PeriodicClock::realign(int64_t time_ns) noexcept {
+  const int64_t due = next_;
   next_ = std::max(next_, grid_.first_at_or_after(time_ns));
   return next_ - due;
 }

@@ -7,7 +7,7 @@
 
 namespace tendril::rt {
 
-/// The largest robot: 32 actuators, 24 effector coordinates.
+/// The largest robot.
 inline constexpr int kMaxActuators = qp::kMaxVariables;
 inline constexpr int kMaxEffectorCoordinates = 24;
 
@@ -23,8 +23,8 @@ using CouplingMatrix =
 /// Units follow the kinds: an effort is in N where its displacement is in m, in Pa where it is in m³; an
 /// effector coordinate is in m, or in m³ for the volume of a cavity.
 struct Snapshot {
-  std::uint64_t sequence = 0;   ///< 1 for the first
-  std::int64_t stamp_ns = 0;    ///< when the pose was read, CLOCK_MONOTONIC
+  uint64_t sequence = 0;        ///< 1 for the first
+  int64_t stamp_ns = 0;         ///< when the pose was read, CLOCK_MONOTONIC
   CouplingMatrix W_ea;          ///< e × m, coordinate's unit / effort's unit
   CouplingMatrix D_W_ea;        ///< e × m: each row of W_ea times the square of its coordinate's weight
   qp::Matrix W_aa;              ///< m × m, displacement's unit / effort's unit
@@ -36,7 +36,7 @@ struct Snapshot {
 
 /// What the control thread tells the model thread.
 struct Feedback {
-  std::int64_t stamp_ns = 0;
+  int64_t stamp_ns = 0;
   bool displacements_known = false;  ///< delta_a holds what the drives measured
   bool efforts_known = false;        ///< lambda holds what the drives exert, or what stands for their command
   ActuatorVector delta_a;            ///< measured displacements, m, m or m³

@@ -23,7 +23,7 @@ template <class T, std::size_t Capacity>
 class SpscRing {
   static_assert(std::has_single_bit(Capacity), "Capacity must be a power of two");
   static_assert(std::is_nothrow_copy_assignable_v<T>, "a copy that throws or allocates has no place here");
-  static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
+  static_assert(std::atomic<uint64_t>::is_always_lock_free);
 
  public:
   SpscRing() = default;
@@ -35,7 +35,7 @@ class SpscRing {
   /// Real-time: wait-free (one copy of T), one producer thread.
   bool push(const T& value) noexcept {
     // Relaxed: this thread is the only one that writes tail_.
-    const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
+    const uint64_t tail = tail_.load(std::memory_order_relaxed);
     if (tail - head_seen_ == Capacity) {
       // Acquire, with the release in pop(): the consumer has copied the slot out before we write over it.
       head_seen_ = head_.load(std::memory_order_acquire);
@@ -57,7 +57,7 @@ class SpscRing {
   /// Real-time: wait-free (one copy of T), one consumer thread.
   bool pop(T& value) noexcept {
     // Relaxed: this thread is the only one that writes head_.
-    const std::uint64_t head = head_.load(std::memory_order_relaxed);
+    const uint64_t head = head_.load(std::memory_order_relaxed);
     if (head == tail_seen_) {
       // Acquire, with the release in push(): the slot is complete before we read it.
       tail_seen_ = tail_.load(std::memory_order_acquire);
@@ -71,20 +71,20 @@ class SpscRing {
 
   /// How many values push() has refused so far.
   /// Real-time: wait-free, any thread.
-  std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
+  uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
   /// How many values fit.
   static constexpr std::size_t capacity() noexcept { return Capacity; }
 
  private:
-  static constexpr std::uint64_t kMask = Capacity - 1;
+  static constexpr uint64_t kMask = Capacity - 1;
 
   // 64 bits do not wrap: at a million values a second they last half a million years.
-  alignas(kCacheLine) std::atomic<std::uint64_t> tail_{0};  // this line is the producer's
-  std::uint64_t head_seen_ = 0;
-  std::atomic<std::uint64_t> dropped_{0};
-  alignas(kCacheLine) std::atomic<std::uint64_t> head_{0};  // this line is the consumer's
-  std::uint64_t tail_seen_ = 0;
+  alignas(kCacheLine) std::atomic<uint64_t> tail_{0};  // this line is the producer's
+  uint64_t head_seen_ = 0;
+  std::atomic<uint64_t> dropped_{0};
+  alignas(kCacheLine) std::atomic<uint64_t> head_{0};  // this line is the consumer's
+  uint64_t tail_seen_ = 0;
   alignas(kCacheLine) std::array<T, Capacity> slots_{};
 };
 

@@ -12,14 +12,14 @@ namespace tendril::rt {
 struct Target {
   EffectorVector position;  ///< at stamp_ns, e, m or m³
   EffectorVector velocity;  ///< from stamp_ns until until_ns, e, m/s or m³/s
-  std::int64_t stamp_ns = 0;
-  std::int64_t until_ns = 0;  ///< the target stands still from here on
+  int64_t stamp_ns = 0;
+  int64_t until_ns = 0;  ///< the target stands still from here on
 
   /// Wanted position at an instant, e, m or m³.
   /// Real-time: wait-free.
-  EffectorVector at(std::int64_t now_ns) const noexcept {
-    const std::int64_t elapsed_ns =
-        std::clamp<std::int64_t>(now_ns - stamp_ns, 0, std::max<std::int64_t>(0, until_ns - stamp_ns));
+  EffectorVector at(int64_t now_ns) const noexcept {
+    const int64_t elapsed_ns =
+        std::clamp<int64_t>(now_ns - stamp_ns, 0, std::max<int64_t>(0, until_ns - stamp_ns));
     return position + velocity * (1e-9 * static_cast<double>(elapsed_ns));
   }
 };

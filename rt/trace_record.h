@@ -9,24 +9,24 @@ namespace tendril::rt {
 
 /// One cycle as the log keeps it: fixed size, plain data.
 struct TraceRecord {
-  std::int64_t intended_ns = 0;  ///< intended wake-up, CLOCK_MONOTONIC
-  std::int64_t wakeup_ns = 0;    ///< actual wake-up after the intended one
-  std::int64_t read_ns = 0;      ///< of the cycle's work: taking in what the bus has brought
-  std::int64_t solve_ns = 0;     ///< of the cycle's work: snapshot, target, QP; what remains is writing
-  std::int64_t cycle_ns = 0;     ///< from wake-up to the end of the cycle's work
-  int bus_bits = 0;              ///< of the frames read and written, each with all stuff bits it can need
-  std::int64_t missed = 0;       ///< deadlines skipped because this cycle ended late
-  std::int64_t cycles = 0;       ///< deadlines that have passed since the loop began, missed ones included
-  std::int64_t late_cycles = 0;  ///< of these, the missed ones
-  std::int64_t heap_calls = 0;   ///< of the thread since the loop began; 0 where they cannot be counted
-  std::int64_t page_faults = 0;  ///< of the thread since the loop began, minor and major
+  int64_t intended_ns = 0;  ///< intended wake-up, CLOCK_MONOTONIC
+  int64_t wakeup_ns = 0;    ///< actual wake-up after the intended one
+  int64_t read_ns = 0;      ///< of the cycle's work: taking in what the bus has brought
+  int64_t solve_ns = 0;     ///< of the cycle's work: snapshot, target, QP; what remains is writing
+  int64_t cycle_ns = 0;     ///< from wake-up to the end of the cycle's work
+  int bus_bits = 0;         ///< of the frames read and written, each with all stuff bits it can need
+  int64_t missed = 0;       ///< deadlines skipped because this cycle ended late
+  int64_t cycles = 0;       ///< deadlines that have passed since the loop began, missed ones included
+  int64_t late_cycles = 0;  ///< of these, the missed ones
+  int64_t heap_calls = 0;   ///< of the thread since the loop began; 0 where they cannot be counted
+  int64_t page_faults = 0;  ///< of the thread since the loop began, minor and major
   Phase phase = Phase::kConnecting;
   FaultSet faults;
   bool qp_solved = false;  ///< whether a QP was posed
   qp::Status qp_status = qp::Status::kOptimal;
   int qp_iterations = 0;
-  std::uint64_t snapshot_sequence = 0;  ///< 0: none yet
-  std::int64_t snapshot_age_ns = 0;
+  uint64_t snapshot_sequence = 0;  ///< 0: none yet
+  int64_t snapshot_age_ns = 0;
   hal::SensorReadings sensors;
   std::array<double, kMaxActuators> command{};            ///< δ_a commanded, m or m³
   std::array<double, kMaxActuators> measured{};           ///< δ_a measured, m or m³

@@ -43,7 +43,7 @@ class TripleBuffer {
   void publish() noexcept {
     // Release: whoever takes this slot sees all that was written into it. Acquire: the slot that comes back
     // may be the one the reader just gave away, and what it read there must happen before we write over it.
-    const std::uint8_t given = static_cast<std::uint8_t>(back_ | kFresh);
+    const uint8_t given = static_cast<uint8_t>(back_ | kFresh);
     back_ = middle_.exchange(given, std::memory_order_acq_rel) & kIndex;
   }
 
@@ -73,19 +73,19 @@ class TripleBuffer {
   bool has_value() const noexcept { return has_value_ || fresh(); }
 
  private:
-  static constexpr std::uint8_t kIndex = 0b011;
-  static constexpr std::uint8_t kFresh = 0b100;
-  static_assert(std::atomic<std::uint8_t>::is_always_lock_free);
+  static constexpr uint8_t kIndex = 0b011;
+  static constexpr uint8_t kFresh = 0b100;
+  static_assert(std::atomic<uint8_t>::is_always_lock_free);
 
   struct alignas(kCacheLine) alignas(T) Slot {
     T value{};
   };
 
   std::array<Slot, 3> slots_;
-  alignas(kCacheLine) std::atomic<std::uint8_t> middle_{1};
-  alignas(kCacheLine) std::uint8_t back_ = 0;   // the writer's
-  alignas(kCacheLine) std::uint8_t front_ = 2;  // the reader's
-  bool has_value_ = false;                      // the reader's
+  alignas(kCacheLine) std::atomic<uint8_t> middle_{1};
+  alignas(kCacheLine) uint8_t back_ = 0;   // the writer's
+  alignas(kCacheLine) uint8_t front_ = 2;  // the reader's
+  bool has_value_ = false;                 // the reader's
 };
 
 }  // namespace tendril::rt

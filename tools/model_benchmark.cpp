@@ -161,7 +161,7 @@ Json benchmark(const app::Config& config, int repetitions, double share, bool ya
       fail("CHOLMOD finds the stiffness indefinite");
   }
   Times refreshes, simplicials, supernodals;
-  std::int64_t heap_calls = 0;
+  int64_t heap_calls = 0;
   for (int k = 0; k < repetitions; ++k) {
     refreshes.measure([&] {
       const rt::HeapGuard heap;

@@ -54,7 +54,7 @@ PathRun run_path(app::Config config, double speed, double rounds, const Loops& l
   app::VirtualRig rig(config, loops.settings());
   rig.run_until(rt::Phase::kRunning, kStartWithin);
   if (!rig.motion()) throw std::runtime_error("the drives did not come up in virtual time");
-  const std::int64_t begin_ns = rig.motion()->path_start_ns();
+  const int64_t begin_ns = rig.motion()->path_start_ns();
   const double left = kNs * static_cast<double>(begin_ns - rig.now_ns());
   rig.run_for(left + rounds * length(*config.motion) / speed);
   if (rig.phase() != rt::Phase::kRunning) throw std::runtime_error("a fault ended the run before its end");

@@ -84,8 +84,8 @@ std::string fault(const qp::Sequence& sequence, const qp::Sequence::Tick& tick,
 }
 
 /// What reading the clock twice takes, ns: the median of many.
-std::int64_t clock_cost_ns() {
-  std::vector<std::int64_t> costs(1001);
+int64_t clock_cost_ns() {
+  std::vector<int64_t> costs(1001);
   for (auto& cost : costs) {
     const auto begin = rt::now_ns();
     cost = rt::now_ns() - begin;
@@ -106,8 +106,8 @@ bool strictly_convex(const qp::Matrix& H) {
 
 /// What CGAL's QP_solver takes for ticks spread over the sequence, ns; nothing where there is no CGAL. A
 /// singular H is left out: rounded, it has negative eigenvalues, and CGAL then does not return.
-std::vector<std::int64_t> time_cgal([[maybe_unused]] const qp::Sequence& sequence) {
-  std::vector<std::int64_t> ns;
+std::vector<int64_t> time_cgal([[maybe_unused]] const qp::Sequence& sequence) {
+  std::vector<int64_t> ns;
 #ifdef TENDRIL_HAS_CGAL
   for (std::size_t k = 0; k < kExact; ++k) {
     const qp::Sequence::Tick& tick = sequence.ticks[k * sequence.ticks.size() / kExact];
@@ -126,11 +126,11 @@ Json benchmark(const qp::Sequence& sequence, Mode mode, int cap, int passes) {
   const std::size_t ticks = sequence.ticks.size();
   std::vector<int> iterations(ticks);
   std::vector<std::size_t> swaps;
-  std::vector<std::int64_t> ns(ticks, std::numeric_limits<std::int64_t>::max());
+  std::vector<int64_t> ns(ticks, std::numeric_limits<int64_t>::max());
   Json faults = Json::array();
   Replay replay(sequence);
   for (int pass = 0; pass < passes; ++pass) {
-    replay.run(mode, cap, [&](std::size_t i, std::int64_t took_ns, const qp::Solution& solution) {
+    replay.run(mode, cap, [&](std::size_t i, int64_t took_ns, const qp::Solution& solution) {
       ns[i] = std::min(ns[i], took_ns);
       if (pass > 0) return;
       const qp::Sequence::Tick& tick = sequence.ticks[i];

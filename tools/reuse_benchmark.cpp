@@ -28,10 +28,10 @@ using Json = nlohmann::json;
 
 /// Time that this thread has had a processor, ns: what is to be compared takes long enough for others to cut
 /// in.
-std::int64_t thread_time_ns() noexcept {
+int64_t thread_time_ns() noexcept {
   timespec time;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return time.tv_sec * std::int64_t{1'000'000'000} + time.tv_nsec;
+  return time.tv_sec * int64_t{1'000'000'000} + time.tv_nsec;
 }
 
 /// A closed path of the efforts, on which the first effector's point goes round.

@@ -35,7 +35,7 @@ namespace {
 
 constexpr auto kHousekeeping = std::chrono::milliseconds(5);
 constexpr double kServingsPerCycle = 2;
-constexpr std::int64_t kProgress_ns = 1'000'000'000;
+constexpr int64_t kProgress_ns = 1'000'000'000;
 
 rt::RtRights rights(const LatencyOptions& options) {
   return options.allow_non_rt ? rt::RtRights::kIgnore : rt::RtRights::kRequire;
@@ -133,7 +133,7 @@ class Watch {
   const LatencyOptions& options_;
   LatencyStages& stages_;
   const TellProgress& tell_;
-  std::int64_t first_ns_ = 0, last_ns_ = 0, progress_due_ns_ = 0;
+  int64_t first_ns_ = 0, last_ns_ = 0, progress_due_ns_ = 0;
 };
 
 struct StopAtExit {
@@ -152,7 +152,7 @@ void beat(rt::PeriodicClock& clock, rt::Channels& channels) noexcept {
   record.phase = rt::Phase::kRunning;
   while (!channels.requests.stop.load(std::memory_order_relaxed)) {
     record.intended_ns = clock.wait();
-    const std::int64_t woken_ns = rt::now_ns();
+    const int64_t woken_ns = rt::now_ns();
     record.wakeup_ns = woken_ns - record.intended_ns;
     record.missed = clock.realign(woken_ns);
     channels.trace.push(record);

@@ -31,8 +31,8 @@ struct LatencyFacts {
   bool idle_latency_held = false;  ///< whether CPUs were kept from deep sleep
   double seconds = 0;              ///< that were measured
   double model_rate_hz = 0;
-  std::uint64_t trace_dropped = 0;                      ///< cycles that are missing from the latencies
-  std::optional<std::int64_t> heap_calls, page_faults;  ///< of the control thread; nothing where not counted
+  uint64_t trace_dropped = 0;                      ///< cycles that are missing from the latencies
+  std::optional<int64_t> heap_calls, page_faults;  ///< of the control thread; nothing where not counted
   std::vector<std::string>
       problems;  ///< each a sentence: why the figures are not those of an undisturbed run
 };

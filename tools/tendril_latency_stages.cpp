@@ -15,11 +15,11 @@ constexpr int kBarLength = 48;
 
 enum Stage { kWakeup, kRead, kSolve, kWrite, kWhole };
 
-double us(std::int64_t ns) { return 1e-3 * static_cast<double>(ns); }
+double us(int64_t ns) { return 1e-3 * static_cast<double>(ns); }
 
 /// The row of a plot that a latency belongs to: three rows a decade, from 1, 2 and 5.
-int row_of(std::int64_t ns) {
-  const double decade = std::floor(std::log10(static_cast<double>(std::max<std::int64_t>(1, ns))));
+int row_of(int64_t ns) {
+  const double decade = std::floor(std::log10(static_cast<double>(std::max<int64_t>(1, ns))));
   const double lead = static_cast<double>(ns) / std::pow(10, decade);
   return 3 * static_cast<int>(decade) + (lead >= 5 ? 2 : lead >= 2 ? 1 : 0);
 }
@@ -35,7 +35,7 @@ void for_each_bucket(const rt::Histogram& histogram, Function&& function) {
 }  // namespace
 
 void LatencyStages::add(const rt::TraceRecord& record) {
-  const std::int64_t whole_ns = record.wakeup_ns + record.cycle_ns;
+  const int64_t whole_ns = record.wakeup_ns + record.cycle_ns;
   stages_[kWakeup].record(record.wakeup_ns);
   stages_[kWhole].record(whole_ns);
   if (record.cycle_ns > 0) {
@@ -71,12 +71,12 @@ std::string LatencyStages::table() const {
 
 std::string LatencyStages::plot(const std::string& name) const {
   const rt::Histogram& histogram = stage(name);
-  std::map<int, std::int64_t> rows;
+  std::map<int, int64_t> rows;
   for_each_bucket(histogram, [&](const auto& bucket) { rows[row_of(bucket.low_ns)] += bucket.count; });
   std::string text = fmt::format("{}, us\n", name);
   if (rows.empty()) return text;
   for (int row = rows.begin()->first; row <= rows.rbegin()->first; ++row) {
-    const std::int64_t count = rows[row];
+    const int64_t count = rows[row];
     const double share = count == 0 ? 0
                                     : std::log10(1.0 + static_cast<double>(count)) /
                                           std::log10(1.0 + static_cast<double>(histogram.count()));

@@ -17,13 +17,13 @@ class LatencyStages {
   static constexpr std::array<const char*, 5> kNames{"wakeup", "read", "solve", "write", "whole"};
 
   /// @param period_ns  of the loop
-  explicit LatencyStages(std::int64_t period_ns) : period_ns_(period_ns) {}
+  explicit LatencyStages(int64_t period_ns) : period_ns_(period_ns) {}
 
   /// Adds a cycle. One that did no work, the bare timer's, adds to wakeup and whole alone.
   void add(const rt::TraceRecord& record);
 
-  std::int64_t cycles() const { return cycles_; }  ///< deadlines, missed ones included
-  std::int64_t late() const { return late_; }      ///< of these, missed because a cycle ended after them
+  int64_t cycles() const { return cycles_; }  ///< deadlines, missed ones included
+  int64_t late() const { return late_; }      ///< of these, missed because a cycle ended after them
 
   /// @param name  one of kNames. @throws std::out_of_range where it is not
   const rt::Histogram& stage(const std::string& name) const;
@@ -38,8 +38,8 @@ class LatencyStages {
   nlohmann::ordered_json json() const;
 
  private:
-  std::int64_t period_ns_;
-  std::int64_t cycles_ = 0, late_ = 0;
+  int64_t period_ns_;
+  int64_t cycles_ = 0, late_ = 0;
   std::array<rt::Histogram, kNames.size()> stages_;
 };
 

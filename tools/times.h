@@ -13,7 +13,7 @@ namespace tendril {
 /// Times of one thing, ms.
 class Times {
  public:
-  using Clock = std::int64_t() noexcept;  // ns
+  using Clock = int64_t() noexcept;  // ns
   explicit Times(Clock* clock = rt::now_ns) : clock_(clock) {}
 
   template <typename Function>

@@ -22,7 +22,7 @@ namespace {
 // The bit map of the components that the state holds, at the start of the XSAVE header, and those of the
 // tiles, XTILECFG and XTILEDATA [Intel SDM volume 1, 13.1 and 13.4.2].
 constexpr std::size_t kComponentsOffset = 512;
-constexpr std::uint64_t kTileComponents = 1u << 17 | 1u << 18;
+constexpr uint64_t kTileComponents = 1u << 17 | 1u << 18;
 
 // Static: the stacks of user-mode-linux are small. It has one thread.
 unsigned char state[1 << 16];
@@ -35,7 +35,7 @@ long set_extended_state(Ptrace next, int process, void* set, iovec* known) {
     return next(PTRACE_SETREGSET, process, set, known);
   std::memset(state, 0, whole.iov_len);
   std::memcpy(state, known->iov_base, known->iov_len);
-  std::uint64_t components;
+  uint64_t components;
   std::memcpy(&components, state + kComponentsOffset, sizeof components);
   components &= ~kTileComponents;
   std::memcpy(state + kComponentsOffset, &components, sizeof components);

@@ -55,7 +55,7 @@ double time_refresh(ModelRefresher& model, rt::Snapshot& snapshot) {
   std::vector<double> times;
   rt::Feedback feedback;
   for (int k = 0; k < kTimedRefreshes; ++k) {
-    const std::int64_t begin_ns = rt::now_ns();
+    const int64_t begin_ns = rt::now_ns();
     if (!model.refresh(feedback, begin_ns, snapshot)) break;
     times.push_back(1e-9 * static_cast<double>(rt::now_ns() - begin_ns));
   }

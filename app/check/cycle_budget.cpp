@@ -23,21 +23,21 @@ namespace {
 
 constexpr int kSamples = 500;
 constexpr double kQuantile = 0.99;
-constexpr std::int64_t kStart_ns = 10'000'000'000;  // of virtual time, for the drives to follow
-constexpr int kStartCycles = 1000;                  // and as many at least
+constexpr int64_t kStart_ns = 10'000'000'000;  // of virtual time, for the drives to follow
+constexpr int kStartCycles = 1000;             // and as many at least
 // With less the wake-up, which takes 100 us and more on a machine that is not tuned, makes cycles late.
 constexpr double kMarginAdvised = 0.5;
 
 rt::ControllerConfig undisturbed(const Config& config) {
   rt::ControllerConfig limits = controller_config(config);
-  limits.snapshot_age_limit_ns = std::numeric_limits<std::int64_t>::max();
+  limits.snapshot_age_limit_ns = std::numeric_limits<int64_t>::max();
   return limits;
 }
 
 /// A local bus whose frames arrive in the time of the loop, and not in that of the machine's clock.
 class RestampingBus final : public hal::Bus {
  public:
-  RestampingBus(const std::string& name, const std::int64_t& now_ns)
+  RestampingBus(const std::string& name, const int64_t& now_ns)
       : bus_(hal::open_bus(name, hal::BusRole::kJoin)), now_ns_(now_ns) {}
 
   hal::SendResult send(std::span<const hal::Frame> frames) noexcept override { return bus_->send(frames); }
@@ -47,19 +47,19 @@ class RestampingBus final : public hal::Bus {
     return count;
   }
   hal::BusHealth health() const noexcept override { return bus_->health(); }
-  std::uint64_t dropped() const noexcept override { return bus_->dropped(); }
+  uint64_t dropped() const noexcept override { return bus_->dropped(); }
   std::string describe() const override { return bus_->describe(); }
 
  private:
   std::unique_ptr<hal::Bus> bus_;
-  const std::int64_t& now_ns_;
+  const int64_t& now_ns_;
 };
 
 /// The control loop and its drives, taking turns in one thread under a clock of their own.
 class LoopWithDrives {
  public:
   LoopWithDrives(const Robot& robot, const Config& config)
-      : period_ns_(static_cast<std::int64_t>(1e9 / config.control.rate_hz)),
+      : period_ns_(static_cast<int64_t>(1e9 / config.control.rate_hz)),
         drives_bus_(hal::open_bus(medium_.name(), hal::BusRole::kHost)),
         bus_(medium_.name(), now_ns_),
         drives_(with_drives_only(config)),
@@ -86,7 +86,7 @@ class LoopWithDrives {
 
   /// @return  whether the drives follow
   bool start() {
-    const std::int64_t limit_ns = now_ns_ + std::max(kStart_ns, kStartCycles * period_ns_);
+    const int64_t limit_ns = now_ns_ + std::max(kStart_ns, kStartCycles * period_ns_);
     while (phase_ < rt::Phase::kRunning && now_ns_ < limit_ns) cycle();
     return phase_ == rt::Phase::kRunning;
   }
@@ -94,7 +94,7 @@ class LoopWithDrives {
   std::string fault() const { return stack_.master->describe(stack_.controller.drive_fault()); }
 
  private:
-  std::int64_t now_ns_ = 1'000'000'000, period_ns_;  // stamps of zero mean "never"
+  int64_t now_ns_ = 1'000'000'000, period_ns_;  // stamps of zero mean "never"
   PrivateBus medium_;
   std::unique_ptr<hal::Bus> drives_bus_;
   RestampingBus bus_;

@@ -22,7 +22,6 @@ namespace tendril::app {
 
 using rt::kMaxActuators;
 using rt::kMaxEffectorCoordinates;
-static_assert(hal::kMaxAxes >= kMaxActuators);
 
 /// How the nodes of the mesh file become positions in the robot's frame: scaled, then turned, then moved.
 struct MeshConfig {

@@ -96,20 +96,20 @@ void read_signal(Reader& r, SensorSignal& out, const Config& config) {
                                   : Dimension::kForce);
 }
 
-void read_identifier(const Value& v, bool extended, std::uint32_t& id) {
+void read_identifier(const Value& v, bool extended, uint32_t& id) {
   int number = 0;
   v.read(number, Range{.at_least = 0, .at_most = kLargestExtended});
   if (!extended && number > kLargestIdentifier)
     v.fail("at most 0x7FF, or extended: true beside it where the identifier has 29 bits");
-  id = static_cast<std::uint32_t>(number);
+  id = static_cast<uint32_t>(number);
 }
 
 /// Signals share no bit, and the frame is long enough for them.
 void check_frame(const Value& v, hal::SensorConfig& frame, bool length_is_given) {
   int needed = frame.age ? hal::bytes_needed(*frame.age) : 1;
-  std::uint64_t taken = frame.age ? hal::bits_of(*frame.age) : 0;
+  uint64_t taken = frame.age ? hal::bits_of(*frame.age) : 0;
   for (std::size_t k = 0; k < frame.signals.size(); ++k) {
-    const std::uint64_t bits = hal::bits_of(frame.signals[k]);
+    const uint64_t bits = hal::bits_of(frame.signals[k]);
     if ((taken & bits) != 0)
       v.at("signals").at(k).at("start").fail("bits that no other signal of the frame has, the age included");
     taken |= bits;
@@ -148,7 +148,7 @@ void read_sensor(const Value& v, SensorConfig& sensor, const Config& config) {
     r.need("name", frame.name, read_name);
     r.may("extended", frame.extended);
     r.need("id", frame.id,
-           [&frame](const Value& id, std::uint32_t& out) { read_identifier(id, frame.extended, out); });
+           [&frame](const Value& id, uint32_t& out) { read_identifier(id, frame.extended, out); });
     r.may("length", length, Range{.at_least = 1, .at_most = 8});
     r.need("rate", frame.rate_hz, Dimension::kRate, kFrameRate);
     double timeout = 0.1;

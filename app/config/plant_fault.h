@@ -5,7 +5,7 @@
 namespace tendril::app {
 
 /// What the simulated robot can be made to suffer.
-enum class PlantFaultKind : std::uint8_t {
+enum class PlantFaultKind : uint8_t {
   kDriveFault,     // a drive fails with a code of its own
   kSilent,         // a drive's heartbeats no longer come, all else goes on
   kStuck,          // the mechanics of a drive are jammed

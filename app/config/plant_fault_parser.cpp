@@ -21,7 +21,7 @@ struct Row {
   Kind kind;
   std::string pattern;
   std::string_view effect;
-  std::uint32_t largest_code = 0;
+  uint32_t largest_code = 0;
 };
 
 /// The failure of a drive is named as its protocol does.
@@ -83,7 +83,7 @@ int read_sensor_name(std::string_view word, std::span<const SensorConfig> sensor
 double read_code(std::string_view word, const Row& row) {
   const bool hexadecimal = word.starts_with("0x");
   const std::string_view digits = hexadecimal ? word.substr(2) : word;
-  std::uint32_t code = 0;
+  uint32_t code = 0;
   const auto [stop, error] =
       std::from_chars(digits.data(), digits.data() + digits.size(), code, hexadecimal ? 16 : 10);
   if (error != std::errc() || stop != digits.data() + digits.size() || code == 0 || code > row.largest_code)

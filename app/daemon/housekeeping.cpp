@@ -13,7 +13,7 @@
 namespace tendril::app {
 namespace {
 
-constexpr std::int64_t kStatusInterval_ns = 1'000'000'000;
+constexpr int64_t kStatusInterval_ns = 1'000'000'000;
 
 }  // namespace
 
@@ -32,7 +32,7 @@ Housekeeping::Housekeeping(const Config& config, const DaemonOptions& options, r
       status_due_ns_(rt::now_ns() + kStatusInterval_ns) {}
 
 void Housekeeping::run_once() {
-  const std::int64_t now_ns = rt::now_ns();
+  const int64_t now_ns = rt::now_ns();
   begin_run();
   send_target(now_ns);
   pass_on_stop(now_ns);
@@ -51,17 +51,17 @@ void Housekeeping::begin_run() {
   service_.ready();
 }
 
-void Housekeeping::send_target(std::int64_t now_ns) {
+void Housekeeping::send_target(int64_t now_ns) {
   if (!motion_) return;
   channels_.targets.back() = motion_->at(now_ns);
   channels_.targets.publish();
 }
 
-double Housekeeping::running_s(std::int64_t now_ns) const {
+double Housekeeping::running_s(int64_t now_ns) const {
   return running_since_ns_ > 0 ? 1e-9 * static_cast<double>(now_ns - running_since_ns_) : 0;
 }
 
-void Housekeeping::pass_on_stop(std::int64_t now_ns) {
+void Housekeeping::pass_on_stop(int64_t now_ns) {
   const bool time_is_up = options_.duration_s > 0 && running_s(now_ns) > options_.duration_s;
   if (stop_signalled() || time_is_up) channels_.requests.stop = true;
   if (stopping_ || channels_.progress.phase.load(std::memory_order_acquire) < rt::Phase::kStopping) return;
@@ -79,7 +79,7 @@ void Housekeeping::drain() {
   }
 }
 
-void Housekeeping::inform_service_manager(std::int64_t now_ns) {
+void Housekeeping::inform_service_manager(int64_t now_ns) {
   service_.feed_watchdog(now_ns, status_.last().cycles);
   if (now_ns < status_due_ns_) return;
   status_due_ns_ = now_ns + kStatusInterval_ns;
@@ -87,7 +87,7 @@ void Housekeeping::inform_service_manager(std::int64_t now_ns) {
   log_.log_stalls();
 }
 
-void Housekeeping::print_progress(std::int64_t now_ns) {
+void Housekeeping::print_progress(int64_t now_ns) {
   if (now_ns < progress_due_ns_) return;
   progress_due_ns_ = now_ns + kStatusInterval_ns;
   // Whoever reads our output may have stopped reading; the robot does not wait for them.

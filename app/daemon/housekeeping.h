@@ -35,11 +35,11 @@ class Housekeeping {
 
  private:
   void begin_run();
-  void send_target(std::int64_t now_ns);
-  void pass_on_stop(std::int64_t now_ns);
-  void inform_service_manager(std::int64_t now_ns);
-  void print_progress(std::int64_t now_ns);
-  double running_s(std::int64_t now_ns) const;
+  void send_target(int64_t now_ns);
+  void pass_on_stop(int64_t now_ns);
+  void inform_service_manager(int64_t now_ns);
+  void print_progress(int64_t now_ns);
+  double running_s(int64_t now_ns) const;
 
   const Config& config_;
   const DaemonOptions& options_;
@@ -52,7 +52,7 @@ class Housekeeping {
   RunStatus status_;
   std::optional<Motion> motion_;
   bool stopping_ = false;  // the service manager knows
-  std::int64_t running_since_ns_ = 0, status_due_ns_, progress_due_ns_ = 0;
+  int64_t running_since_ns_ = 0, status_due_ns_, progress_due_ns_ = 0;
 };
 
 }  // namespace tendril::app

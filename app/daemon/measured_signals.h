@@ -43,7 +43,7 @@ class NewSamples {
   void pass(const rt::TraceRecord& record) { known_ns_ = record.sensors.stamp_ns; }
 
  private:
-  std::array<std::int64_t, hal::kMaxSensors> known_ns_{};  // of each sensor's last sample
+  std::array<int64_t, hal::kMaxSensors> known_ns_{};  // of each sensor's last sample
 };
 
 }  // namespace tendril::app

@@ -7,7 +7,7 @@
 namespace tendril::app {
 namespace {
 
-constexpr std::int64_t kFaultInterval_ns = 1'000'000'000;
+constexpr int64_t kFaultInterval_ns = 1'000'000'000;
 
 }  // namespace
 
@@ -40,7 +40,7 @@ void RunLog::log_stalls() {
                last_.page_faults, last_.heap_calls);
 }
 
-void RunLog::log_faults(rt::FaultSet faults, std::int64_t now_ns) {
+void RunLog::log_faults(rt::FaultSet faults, int64_t now_ns) {
   if (now_ns < faults_due_ns_) return;
   faults_due_ns_ = now_ns + kFaultInterval_ns;
   for (const rt::FaultRule& rule : rt::kFaultTable)

@@ -29,7 +29,7 @@ class RunLog {
   const std::vector<SensorWatch::Losses>& sensor_losses() const { return sensors_.losses(); }
 
  private:
-  void log_faults(rt::FaultSet faults, std::int64_t now_ns);
+  void log_faults(rt::FaultSet faults, int64_t now_ns);
   void log_sensor(const SensorWatch::Change& change);
 
   const Config& config_;
@@ -37,7 +37,7 @@ class RunLog {
   std::vector<bool> identified_;  // one a drive
   SensorWatch sensors_;
   rt::TraceRecord last_;
-  std::int64_t faults_due_ns_ = 0;  // before this instant no change of faults is logged
+  int64_t faults_due_ns_ = 0;  // before this instant no change of faults is logged
   bool new_stalls_ = false;
 };
 

@@ -20,11 +20,11 @@ struct RunFacts {
   std::string bus;
   bool memory_locked = false;
   int iteration_cap = 0;  ///< of the QP
-  std::uint64_t model_refreshes = 0;
-  double model_rate_hz = 0;         ///< of refreshes, mean over the run
-  std::uint64_t trace_dropped = 0;  ///< records that found the ring full
-  std::uint64_t bus_dropped = 0;    ///< frames that found a queue full
-  std::string stop_reason;          ///< empty where the run ended as asked
+  uint64_t model_refreshes = 0;
+  double model_rate_hz = 0;    ///< of refreshes, mean over the run
+  uint64_t trace_dropped = 0;  ///< records that found the ring full
+  uint64_t bus_dropped = 0;    ///< frames that found a queue full
+  std::string stop_reason;     ///< empty where the run ended as asked
 };
 
 /// Keeps the record of a run: the trace as CSV while it goes on, the figures in summary.json at its end.

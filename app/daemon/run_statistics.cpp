@@ -13,7 +13,7 @@ namespace tendril::app {
 namespace {
 
 // Samples of sensors that are older than this when they arrive are not compared with the model.
-constexpr std::int64_t kMemory_ns = 1'000'000'000;
+constexpr int64_t kMemory_ns = 1'000'000'000;
 
 nlohmann::json statistics(std::vector<double> values, bool with_p95) {
   if (values.empty()) return nullptr;
@@ -60,7 +60,7 @@ void RunStatistics::add(const rt::TraceRecord& record, const Motion* motion) {
   new_samples_.pass(record);
 }
 
-const RunStatistics::ModelPoint& RunStatistics::model_at(std::int64_t stamp_ns) const {
+const RunStatistics::ModelPoint& RunStatistics::model_at(int64_t stamp_ns) const {
   return *std::min_element(recent_.begin(), recent_.end(), [&](const auto& a, const auto& b) {
     return std::abs(a.stamp_ns - stamp_ns) < std::abs(b.stamp_ns - stamp_ns);
   });
@@ -71,12 +71,12 @@ const RunStatistics::ModelPoint& RunStatistics::model_at(std::int64_t stamp_ns) 
 void RunStatistics::add_tip_error(const rt::TraceRecord& record, const Motion& motion) {
   double to_path = 0, to_model = 0;
   bool any_new = false;
-  std::array<std::int64_t, 3> stamps_ns = compared_ns_;
+  std::array<int64_t, 3> stamps_ns = compared_ns_;
   for (std::size_t k = 0; k < tip_axes_.size(); ++k) {
     const int axis = tip_axes_[k];
     const auto& index = signals_.tip[axis];
     if (!index) continue;
-    const std::int64_t stamp_ns = record.sensors.stamp_ns[index->sensor];
+    const int64_t stamp_ns = record.sensors.stamp_ns[index->sensor];
     if (stamp_ns <= compared_ns_[axis] || stamp_ns < motion.path_start_ns()) return;
     stamps_ns[axis] = stamp_ns;
     any_new = any_new || new_samples_.has(record, *index);
@@ -96,7 +96,7 @@ void RunStatistics::add_effort_errors(const rt::TraceRecord& record) {
   for (std::size_t a = 0; a < effort_errors_.size(); ++a) {
     const auto& index = signals_.efforts[a];
     if (!index || !new_samples_.has(record, *index)) continue;
-    const std::int64_t stamp_ns = record.sensors.stamp_ns[index->sensor];
+    const int64_t stamp_ns = record.sensors.stamp_ns[index->sensor];
     if (stamp_ns < running_since_ns_) continue;
     const double solved = model_at(stamp_ns).lambda[static_cast<Eigen::Index>(a)];
     effort_errors_[a].push_back(std::abs(record.sensors.value[index->signal] - solved));

@@ -42,14 +42,14 @@ class RunStatistics {
 
  private:
   struct ModelPoint {
-    std::int64_t stamp_ns;
+    int64_t stamp_ns;
     rt::EffectorVector p_e;
     rt::ActuatorVector lambda;
   };
 
   void add_tip_error(const rt::TraceRecord& record, const Motion& motion);
   void add_effort_errors(const rt::TraceRecord& record);
-  const ModelPoint& model_at(std::int64_t stamp_ns) const;
+  const ModelPoint& model_at(int64_t stamp_ns) const;
 
   const Config& config_;
   MeasuredSignals signals_;
@@ -57,16 +57,16 @@ class RunStatistics {
   SensorWatch watch_;
   std::vector<int> tip_axes_;  // axes of the first effector's controlled coordinates, in their order
   int effector_coordinates_;
-  std::int64_t running_since_ns_ = 0, running_until_ns_ = 0;
-  std::deque<ModelPoint> recent_;  // what the model held true, as long as a sample may refer to it
-  std::array<std::int64_t, 3> compared_ns_{};  // last samples of the tip's coordinates that count
+  int64_t running_since_ns_ = 0, running_until_ns_ = 0;
+  std::deque<ModelPoint> recent_;         // what the model held true, as long as a sample may refer to it
+  std::array<int64_t, 3> compared_ns_{};  // last samples of the tip's coordinates that count
   std::vector<double> tracking_mm_, model_mm_;
   std::vector<std::vector<double>> effort_errors_;  // N or Pa, one list an actuator
   std::optional<double> last_error_mm_;
-  std::map<std::string, std::int64_t> statuses_;
-  std::array<std::int64_t, rt::kFaultKinds> fault_cycles_{};
+  std::map<std::string, int64_t> statuses_;
+  std::array<int64_t, rt::kFaultKinds> fault_cycles_{};
   int iterations_max_ = 0;
-  std::int64_t bus_bits_ = 0;
+  int64_t bus_bits_ = 0;
 };
 
 }  // namespace tendril::app

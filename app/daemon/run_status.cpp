@@ -11,20 +11,20 @@ namespace {
 
 /// Of all deadlines so far.
 double on_time_percent(const rt::TraceRecord& record) {
-  const auto deadlines = static_cast<double>(std::max<std::int64_t>(record.cycles, 1));
+  const auto deadlines = static_cast<double>(std::max<int64_t>(record.cycles, 1));
   return 100 * (1 - static_cast<double>(record.late_cycles) / deadlines);
 }
 
 }  // namespace
 
-RunStatus::RunStatus(const Config& config, std::int64_t now_ns) : config_(config) { before_.at_ns = now_ns; }
+RunStatus::RunStatus(const Config& config, int64_t now_ns) : config_(config) { before_.at_ns = now_ns; }
 
 void RunStatus::add(const rt::TraceRecord& record) {
   bus_bits_ += record.bus_bits;
   last_ = record;
 }
 
-std::string RunStatus::service_line(std::int64_t now_ns, std::uint64_t model_refreshes,
+std::string RunStatus::service_line(int64_t now_ns, uint64_t model_refreshes,
                                     const std::vector<SensorWatch::Losses>& sensors) {
   const Counts now{now_ns, last_.cycles - last_.late_cycles, bus_bits_, model_refreshes};
   const double elapsed_s = 1e-9 * static_cast<double>(now.at_ns - before_.at_ns);

@@ -17,7 +17,7 @@ class RunStatus {
  public:
   /// Keeps a reference to the configuration.
   /// @param now_ns  from here on rates are counted
-  RunStatus(const Config& config, std::int64_t now_ns);
+  RunStatus(const Config& config, int64_t now_ns);
 
   /// One cycle, in order.
   void add(const rt::TraceRecord& record);
@@ -26,7 +26,7 @@ class RunStatus {
   /// still shows.
   /// @param model_refreshes  so far
   /// @param sensors          one a sensor
-  std::string service_line(std::int64_t now_ns, std::uint64_t model_refreshes,
+  std::string service_line(int64_t now_ns, uint64_t model_refreshes,
                            const std::vector<SensorWatch::Losses>& sensors);
 
   /// The line of the terminal.
@@ -40,13 +40,13 @@ class RunStatus {
  private:
   /// What has been counted until an instant.
   struct Counts {
-    std::int64_t at_ns = 0, cycles = 0, bus_bits = 0;
-    std::uint64_t model_refreshes = 0;
+    int64_t at_ns = 0, cycles = 0, bus_bits = 0;
+    uint64_t model_refreshes = 0;
   };
 
   const Config& config_;
   rt::TraceRecord last_;
-  std::int64_t bus_bits_ = 0;
+  int64_t bus_bits_ = 0;
   Counts before_;  // with the last service line
 };
 

@@ -21,10 +21,10 @@ class SensorWatch {
 
   /// What has become of one sensor.
   struct Losses {
-    bool lost = false;          ///< at present
-    int count = 0;              ///< how often it went stale
-    std::int64_t since_ns = 0;  ///< cycle of the last loss
-    std::int64_t stale_ns = 0;  ///< in all
+    bool lost = false;     ///< at present
+    int count = 0;         ///< how often it went stale
+    int64_t since_ns = 0;  ///< cycle of the last loss
+    int64_t stale_ns = 0;  ///< in all
 
     double stale_s() const { return 1e-9 * static_cast<double>(stale_ns); }
   };
@@ -39,7 +39,7 @@ class SensorWatch {
 
  private:
   std::vector<Losses> losses_;
-  std::int64_t last_ns_ = 0;  // the cycle before
+  int64_t last_ns_ = 0;  // the cycle before
 };
 
 }  // namespace tendril::app

@@ -28,12 +28,12 @@ class ServiceManager {
   /// @param now_ns  CLOCK_MONOTONIC
   /// @param cycles  of the control thread so far
   /// Real-time: no.
-  void feed_watchdog(std::int64_t now_ns, std::int64_t cycles);
+  void feed_watchdog(int64_t now_ns, int64_t cycles);
 
  private:
-  std::int64_t interval_ns_ = 0;  // between two meals; 0: there is no watchdog
-  std::int64_t due_ns_ = 0;
-  std::int64_t cycles_fed_ = 0;  // with the last meal
+  int64_t interval_ns_ = 0;  // between two meals; 0: there is no watchdog
+  int64_t due_ns_ = 0;
+  int64_t cycles_fed_ = 0;  // with the last meal
 };
 
 }  // namespace tendril::app

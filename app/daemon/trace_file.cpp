@@ -59,7 +59,7 @@ std::string TraceFile::cell(const rt::TraceRecord& record, const std::optional<S
 
 std::string TraceFile::tip_cells(const rt::TraceRecord& record) const {
   std::string cells;
-  std::int64_t newest_ns = 0;
+  int64_t newest_ns = 0;
   for (const auto& index : signals_.tip) {
     cells += cell(record, index, 7);
     if (index && new_samples_.has(record, *index))

@@ -33,14 +33,14 @@ class TraceFile {
   std::string tip_cells(const rt::TraceRecord& record) const;
   std::string cell(const rt::TraceRecord& record, const std::optional<SignalIndex>& index,
                    int decimals) const;
-  double seconds(std::int64_t stamp_ns) const { return 1e-9 * static_cast<double>(stamp_ns - first_ns_); }
+  double seconds(int64_t stamp_ns) const { return 1e-9 * static_cast<double>(stamp_ns - first_ns_); }
 
   const Config& config_;
   MeasuredSignals signals_;
   NewSamples new_samples_;
   std::ofstream csv_;
   std::vector<int> tip_axes_;  // axes of the first effector's controlled coordinates, in their order
-  std::int64_t first_ns_ = 0;
+  int64_t first_ns_ = 0;
 };
 
 }  // namespace tendril::app

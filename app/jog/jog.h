@@ -25,7 +25,7 @@ struct JogConfig {
 /// arrived behind its command.
 class Jog final : public rt::ControlLaw {
  public:
-  enum class Ending : std::uint8_t {
+  enum class Ending : uint8_t {
     kArrived,
     kStopped,    ///< as asked
     kBeyond,     ///< the goal lies outside the limits; the drive was never enabled
@@ -58,7 +58,7 @@ class Jog final : public rt::ControlLaw {
   Ending ending_ = Ending::kArrived;
   hal::DriveFault fault_;
   double start_ = 0, goal_ = 0, speed_ = 0;
-  std::int64_t cycles_ = 0;  // in this phase
+  int64_t cycles_ = 0;  // in this phase
 };
 
 }  // namespace tendril::app

@@ -27,7 +27,7 @@ namespace tendril::app {
 namespace {
 
 constexpr auto kTick = std::chrono::milliseconds(10);
-constexpr std::int64_t kPrintInterval_ns = 200'000'000;
+constexpr int64_t kPrintInterval_ns = 200'000'000;
 
 std::size_t index_of(const Config& config, const std::string& name) {
   std::string known;
@@ -110,7 +110,7 @@ class JogDisplay {
   rt::TraceRing& trace_;
   hal::DisplacementUnit unit_;
   bool print_;
-  std::int64_t first_ns_ = 0, due_ns_ = 0;
+  int64_t first_ns_ = 0, due_ns_ = 0;
   double measured_ = 0;
 };
 

@@ -45,7 +45,7 @@ PlantDrives::PlantDrives(const Config& config, const PlantDisplacements& start)
   }
 }
 
-void PlantDrives::serve(hal::Bus& bus, const PlantMeasurement& measurement, std::int64_t now_ns) noexcept {
+void PlantDrives::serve(hal::Bus& bus, const PlantMeasurement& measurement, int64_t now_ns) noexcept {
   inject_due(now_ns);
   line_.release(bus, now_ns);
   hal::Frame frame;
@@ -65,7 +65,7 @@ void PlantDrives::set_loads(const PlantEfforts& efforts) noexcept {
   for (size_t a = 0; a < drives_.size(); ++a) drives_[a]->set_load(efforts.lambda_a[a]);
 }
 
-void PlantDrives::inject_due(std::int64_t now_ns) noexcept {
+void PlantDrives::inject_due(int64_t now_ns) noexcept {
   if (start_ns_ < 0) start_ns_ = now_ns;
   const double elapsed_s = 1e-9 * static_cast<double>(now_ns - start_ns_);
   for (; injected_ < planned_.size() && planned_[injected_].after <= elapsed_s; ++injected_)
@@ -75,7 +75,7 @@ void PlantDrives::inject_due(std::int64_t now_ns) noexcept {
 void PlantDrives::inject(const PlantFault& fault) noexcept {
   switch (fault.kind) {
     case PlantFaultKind::kDriveFault:
-      return drives_[fault.axis]->inject_fault(static_cast<std::uint32_t>(fault.value));
+      return drives_[fault.axis]->inject_fault(static_cast<uint32_t>(fault.value));
     case PlantFaultKind::kSilent:
       return drives_[fault.axis]->set_silent(true);
     case PlantFaultKind::kStuck:
@@ -118,8 +118,7 @@ void PlantDrives::clear() noexcept {
   sensor_silent_ = {};
 }
 
-void PlantDrives::send_samples(hal::Bus& bus, const PlantMeasurement& measurement,
-                               std::int64_t now_ns) noexcept {
+void PlantDrives::send_samples(hal::Bus& bus, const PlantMeasurement& measurement, int64_t now_ns) noexcept {
   if (measurement.stamp_ns == 0) return;
   std::span<const double> left = measurement.measured;
   for (size_t s = 0; s < sensors_.size(); ++s) {
@@ -128,7 +127,7 @@ void PlantDrives::send_samples(hal::Bus& bus, const PlantMeasurement& measuremen
     std::copy_n(left.begin(), measures.size(), values.begin());
     left = left.subspan(measures.size());
     // Who tells an age has a picture to show, others tell at any time what they feel.
-    const std::int64_t sent_ns = sensors_[s].frame.age ? measurement.stamp_ns : now_ns;
+    const int64_t sent_ns = sensors_[s].frame.age ? measurement.stamp_ns : now_ns;
     if (sent_ns < sent_ns_[s] + std::llround(1e9 / sensors_[s].frame.rate_hz)) continue;
     sent_ns_[s] = sent_ns;
     if (sensor_silent_[s]) continue;
@@ -179,7 +178,7 @@ PlantBody::PlantBody(const Config& config, const PlantDisplacements& start)
     measures_.insert(measures_.end(), sensor.measures.begin(), sensor.measures.end());
 }
 
-PlantMeasurement PlantBody::measurement(std::int64_t now_ns) const {
+PlantMeasurement PlantBody::measurement(int64_t now_ns) const {
   PlantMeasurement measurement{.tip = tip(), .stamp_ns = now_ns};
   for (size_t k = 0; k < measures_.size(); ++k) {
     const MeasuredConfig& measured = measures_[k];

@@ -29,7 +29,7 @@ struct PlantEfforts {
 struct PlantMeasurement {
   Eigen::Vector3d tip = Eigen::Vector3d::Zero();          ///< position of the first effector, m
   std::array<double, hal::kMaxSensorSignals> measured{};  ///< one a signal, as in hal::SensorReadings
-  std::int64_t stamp_ns = 0;                              ///< 0: not known yet
+  int64_t stamp_ns = 0;                                   ///< 0: not known yet
 };
 
 /// The electrical half of the simulated robot: one drive an actuator, and the sensors, on a bus.
@@ -40,7 +40,7 @@ class PlantDrives {
 
   /// Answers all that has arrived, lets time pass, and lets each sensor send at its rate.
   /// Real-time: bounded by the frames that have arrived; allocates nothing.
-  void serve(hal::Bus& bus, const PlantMeasurement& measurement, std::int64_t now_ns) noexcept;
+  void serve(hal::Bus& bus, const PlantMeasurement& measurement, int64_t now_ns) noexcept;
 
   /// Lets the body pull at the drives from now on. Real-time: bounded, allocates nothing.
   void set_loads(const PlantEfforts& efforts) noexcept;
@@ -57,16 +57,16 @@ class PlantDrives {
   hal::SimulatedDrive& drive(int axis) { return *drives_[axis]; }
 
  private:
-  void inject_due(std::int64_t now_ns) noexcept;
+  void inject_due(int64_t now_ns) noexcept;
   void clear() noexcept;
-  void send_samples(hal::Bus& bus, const PlantMeasurement& measurement, std::int64_t now_ns) noexcept;
+  void send_samples(hal::Bus& bus, const PlantMeasurement& measurement, int64_t now_ns) noexcept;
 
   std::vector<std::unique_ptr<hal::SimulatedDrive>> drives_;
   std::vector<SensorConfig> sensors_;
-  std::array<std::int64_t, hal::kMaxSensors> sent_ns_{};  // stamp of the last sample of each sensor
-  std::vector<PlantFault> planned_;                       // the next one first
-  std::size_t injected_ = 0;                              // of those planned
-  std::int64_t start_ns_ = -1;                            // of the first call of serve; -1: none yet
+  std::array<int64_t, hal::kMaxSensors> sent_ns_{};  // stamp of the last sample of each sensor
+  std::vector<PlantFault> planned_;                  // the next one first
+  std::size_t injected_ = 0;                         // of those planned
+  int64_t start_ns_ = -1;                            // of the first call of serve; -1: none yet
   PlantLine line_;
   std::array<bool, kMaxActuators> cut_{};
   std::array<bool, hal::kMaxSensors> sensor_silent_{};
@@ -101,9 +101,9 @@ class PlantBody {
 
   Eigen::Vector3d tip() const { return robot_->tip(dynamics_.x()); }
   /// What there is to be measured. Efforts are those of the last step, 0 before the first.
-  PlantMeasurement measurement(std::int64_t now_ns) const;
+  PlantMeasurement measurement(int64_t now_ns) const;
   const Robot& robot() const { return *robot_; }
-  std::int64_t time_step_ns() const { return time_step_ns_; }
+  int64_t time_step_ns() const { return time_step_ns_; }
 
  private:
   Eigen::VectorXd vector(const PlantDisplacements& displacements) const;
@@ -111,7 +111,7 @@ class PlantBody {
   std::unique_ptr<Robot> robot_;
   std::vector<MeasuredConfig> measures_;  // of all sensors, one after the other
   fem::Dynamics dynamics_;
-  std::int64_t time_step_ns_;
+  int64_t time_step_ns_;
 };
 
 }  // namespace tendril::app

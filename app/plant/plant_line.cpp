@@ -2,7 +2,7 @@
 
 namespace tendril::app {
 
-void PlantLine::send(hal::Bus& bus, std::span<const hal::Frame> frames, std::int64_t now_ns) noexcept {
+void PlantLine::send(hal::Bus& bus, std::span<const hal::Frame> frames, int64_t now_ns) noexcept {
   release(bus, now_ns);
   if (off_) return;
   if (delay_ns_ == 0 && loss_ == 0) {
@@ -17,7 +17,7 @@ void PlantLine::send(hal::Bus& bus, std::span<const hal::Frame> frames, std::int
   release(bus, now_ns);
 }
 
-void PlantLine::release(hal::Bus& bus, std::int64_t now_ns) noexcept {
+void PlantLine::release(hal::Bus& bus, int64_t now_ns) noexcept {
   for (; count_ > 0 && now_ns - waiting_[first_].since_ns >= delay_ns_; --count_) {
     if (!off_) bus.send(waiting_[first_].frame);
     first_ = (first_ + 1) % kWaiting;

@@ -17,7 +17,7 @@ class PlantLine {
   PlantLine() : waiting_(kWaiting) {}
 
   void set_off(bool off) noexcept { off_ = off; }  ///< neither sends nor hears
-  void set_delay(std::int64_t delay_ns) noexcept {
+  void set_delay(int64_t delay_ns) noexcept {
     delay_ns_ = delay_ns;
   }                                                        ///< of what is sent; frames keep their order
   void set_loss(double share) noexcept { loss_ = share; }  ///< of all frames, both ways, 0..1
@@ -26,17 +26,17 @@ class PlantLine {
   bool hears() noexcept { return !off_ && !lost(); }
 
   /// Sends frames now, or later, or never.
-  void send(hal::Bus& bus, std::span<const hal::Frame> frames, std::int64_t now_ns) noexcept;
+  void send(hal::Bus& bus, std::span<const hal::Frame> frames, int64_t now_ns) noexcept;
 
   /// Sends what has been delayed for long enough.
-  void release(hal::Bus& bus, std::int64_t now_ns) noexcept;
+  void release(hal::Bus& bus, int64_t now_ns) noexcept;
 
  private:
   /// More than a bus of 1 Mbit/s carries in a second; what finds no room is lost.
   static constexpr std::size_t kWaiting = 16384;
   struct Waiting {
     hal::Frame frame;
-    std::int64_t since_ns = 0;
+    int64_t since_ns = 0;
   };
 
   bool lost() noexcept { return loss_ > 0 && std::bernoulli_distribution(loss_)(random_); }
@@ -44,7 +44,7 @@ class PlantLine {
   std::vector<Waiting> waiting_;  // ring
   std::size_t first_ = 0, count_ = 0;
   bool off_ = false;
-  std::int64_t delay_ns_ = 0;
+  int64_t delay_ns_ = 0;
   double loss_ = 0;
   std::minstd_rand random_;  // always the same seed: runs can be repeated
 };

@@ -23,7 +23,7 @@ bool lock_memory(bool allow_non_rt) {
 
 std::unique_ptr<rt::IdleLatencyLimit> limit_idle_latency(double limit_s) {
   try {
-    return std::make_unique<rt::IdleLatencyLimit>(static_cast<std::int32_t>(std::lround(1e6 * limit_s)));
+    return std::make_unique<rt::IdleLatencyLimit>(static_cast<int32_t>(std::lround(1e6 * limit_s)));
   } catch (const rt::RtError& error) {
     spdlog::warn("{}", error.what());
     return nullptr;

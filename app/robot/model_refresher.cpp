@@ -58,7 +58,7 @@ bool ModelRefresher::settle(const Eigen::VectorXd& delta_a) {
   return true;
 }
 
-bool ModelRefresher::refresh(const rt::Feedback& feedback, std::int64_t now_ns, rt::Snapshot& snapshot) {
+bool ModelRefresher::refresh(const rt::Feedback& feedback, int64_t now_ns, rt::Snapshot& snapshot) {
   // Until the controller asks for efforts, actuators may still be moved by hand.
   if (!feedback.efforts_known && feedback.displacements_known && !near_settled(feedback.delta_a) &&
       !settle(feedback.delta_a))
@@ -85,8 +85,8 @@ bool ModelRefresher::near_settled(const Eigen::VectorXd& delta_a) const {
   return ((delta_a - settled_at_).array().abs() < moved_.array()).all();
 }
 
-bool ModelRefresher::fill(const fem::Compliance& compliance, const Eigen::VectorXd& lambda,
-                          std::int64_t now_ns, rt::Snapshot& snapshot) {
+bool ModelRefresher::fill(const fem::Compliance& compliance, const Eigen::VectorXd& lambda, int64_t now_ns,
+                          rt::Snapshot& snapshot) {
   const rt::CouplingMatrix weighed = weights_.asDiagonal() * compliance.W_ea;
   qp::Matrix H = weighed.transpose() * weighed;
   qp::TieBreak tie_break = qp::TieBreak::kLeastEnergy;
@@ -106,8 +106,7 @@ bool ModelRefresher::fill(const fem::Compliance& compliance, const Eigen::Vector
   return true;
 }
 
-void linearise_at_rest(const Robot& robot, const Config& config, std::int64_t now_ns,
-                       rt::Snapshot& snapshot) {
+void linearise_at_rest(const Robot& robot, const Config& config, int64_t now_ns, rt::Snapshot& snapshot) {
   ModelRefresher model(robot, config);
   (void)model.settle(Eigen::VectorXd::Zero(robot.constraints.actuators()));
   if (!model.refresh({}, now_ns, snapshot))

@@ -34,13 +34,13 @@ class ModelRefresher {
   /// steps 2, 3 and 7]
   /// @return  false if the pose cannot be used; the body is then back at the last good one and the snapshot
   /// is void Real-time: no (time depends on the mesh).
-  [[nodiscard]] bool refresh(const rt::Feedback& feedback, std::int64_t now_ns, rt::Snapshot& snapshot);
+  [[nodiscard]] bool refresh(const rt::Feedback& feedback, int64_t now_ns, rt::Snapshot& snapshot);
 
   const Eigen::VectorXd& x() const { return equilibrium_.x(); }
 
  private:
   bool near_settled(const Eigen::VectorXd& delta_a) const;
-  bool fill(const fem::Compliance& compliance, const Eigen::VectorXd& lambda, std::int64_t now_ns,
+  bool fill(const fem::Compliance& compliance, const Eigen::VectorXd& lambda, int64_t now_ns,
             rt::Snapshot& snapshot);
 
   double epsilon_;
@@ -53,13 +53,13 @@ class ModelRefresher {
   Eigen::VectorXd asked_;   // efforts of the present refresh
   Eigen::VectorXd last_good_x_;
   Eigen::VectorXd settled_at_;  // displacements of the last settle, m or m³
-  std::uint64_t sequence_ = 0;
+  uint64_t sequence_ = 0;
 };
 
 /// Fills a snapshot with the body at rest at displacement zero, for measurements of what follows from one; a
 /// body without such a rest stays in the shape of the mesh, which serves as well.
 /// @throws ConfigError where it cannot be linearised there
 /// Real-time: no (many refreshes).
-void linearise_at_rest(const Robot& robot, const Config& config, std::int64_t now_ns, rt::Snapshot& snapshot);
+void linearise_at_rest(const Robot& robot, const Config& config, int64_t now_ns, rt::Snapshot& snapshot);
 
 }  // namespace tendril::app

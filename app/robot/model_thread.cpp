@@ -14,7 +14,7 @@ namespace {
 
 constexpr auto kRetryInterval = std::chrono::milliseconds(1);
 // After so many failed refreshes without a single good one there will be no first snapshot.
-constexpr std::uint64_t kFailuresAllowed = 100;
+constexpr uint64_t kFailuresAllowed = 100;
 
 }  // namespace
 
@@ -40,7 +40,7 @@ void ModelThread::stop() {
 }
 
 double ModelThread::mean_rate_hz() const {
-  const std::int64_t active_ns =
+  const int64_t active_ns =
       last_ns_.load(std::memory_order_relaxed) - first_ns_.load(std::memory_order_relaxed);
   return active_ns > 0 ? 1e9 * static_cast<double>(refreshes()) / static_cast<double>(active_ns) : 0;
 }
@@ -71,9 +71,9 @@ void ModelThread::run() {
 void ModelThread::refresh() {
   first_ns_ = rt::now_ns();
   last_ns_ = first_ns_.load();
-  const std::int64_t period_ns = rate_limit_hz_ > 0 ? std::llround(1e9 / rate_limit_hz_) : 0;
+  const int64_t period_ns = rate_limit_hz_ > 0 ? std::llround(1e9 / rate_limit_hz_) : 0;
   while (!quit_) {
-    const std::int64_t begin_ns = rt::now_ns();
+    const int64_t begin_ns = rt::now_ns();
     if (refresher_.refresh(channels_.feedback.latest(), begin_ns, channels_.snapshots.back())) {
       channels_.snapshots.publish();
       ++refreshes_;
@@ -83,7 +83,7 @@ void ModelThread::refresh() {
       std::this_thread::sleep_for(kRetryInterval);
     }
     last_ns_ = rt::now_ns();
-    if (const std::int64_t rest_ns = begin_ns + period_ns - last_ns_; rest_ns > 0)
+    if (const int64_t rest_ns = begin_ns + period_ns - last_ns_; rest_ns > 0)
       std::this_thread::sleep_for(std::chrono::nanoseconds(rest_ns));
   }
 }

@@ -23,9 +23,9 @@ class ModelThread {
   /// Ends and joins it; what follows is then final.
   void stop();
 
-  std::uint64_t refreshes() const { return refreshes_.load(std::memory_order_relaxed); }
+  uint64_t refreshes() const { return refreshes_.load(std::memory_order_relaxed); }
   /// Refreshes that found no usable pose.
-  std::uint64_t failures() const { return failures_.load(std::memory_order_relaxed); }
+  uint64_t failures() const { return failures_.load(std::memory_order_relaxed); }
   /// Refreshes a second, from the first to the last; 0 before there are any.
   double mean_rate_hz() const;
 
@@ -38,8 +38,8 @@ class ModelThread {
   rt::Channels& channels_;
   double rate_limit_hz_;
   std::atomic<bool> quit_{false};
-  std::atomic<std::uint64_t> refreshes_{0}, failures_{0};
-  std::atomic<std::int64_t> first_ns_{0}, last_ns_{0};
+  std::atomic<uint64_t> refreshes_{0}, failures_{0};
+  std::atomic<int64_t> first_ns_{0}, last_ns_{0};
   std::thread thread_;
 };
 

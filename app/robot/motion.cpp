@@ -17,7 +17,7 @@ rt::EffectorVector goal_at(const Config& config, const Eigen::Vector3d& waypoint
 }
 
 Motion::Motion(const Config& config, const rt::EffectorVector& rest, const rt::EffectorVector& start,
-               std::int64_t start_ns)
+               int64_t start_ns)
     : speed_(config.motion->speed), closed_(config.motion->closed), start_ns_(start_ns) {
   const auto rows = effector_rows(config);
   positions_.resize(rest.size());
@@ -36,9 +36,9 @@ Motion::Leg Motion::leg(const rt::EffectorVector& from, const rt::EffectorVector
   return {from, to, std::llround(1e9 * (to - from).cwiseProduct(positions_).norm() / speed_)};
 }
 
-rt::Target Motion::at(std::int64_t now_ns) const {
+rt::Target Motion::at(int64_t now_ns) const {
   const Leg* part = &approach_;
-  std::int64_t since_ns = std::max<std::int64_t>(0, now_ns - start_ns_);
+  int64_t since_ns = std::max<int64_t>(0, now_ns - start_ns_);
   if (now_ns >= path_start_ns_) {
     since_ns = now_ns - path_start_ns_;
     if (closed_ && round_ns_ > 0) since_ns %= round_ns_;
@@ -46,9 +46,9 @@ rt::Target Motion::at(std::int64_t now_ns) const {
     while (since_ns >= part->duration_ns && part != &path_.back()) since_ns -= (part++)->duration_ns;
   }
   rt::Target target;
-  const double duration_s = 1e-9 * static_cast<double>(std::max<std::int64_t>(part->duration_ns, 1));
+  const double duration_s = 1e-9 * static_cast<double>(std::max<int64_t>(part->duration_ns, 1));
   target.velocity = (part->to - part->from) / duration_s;
-  const std::int64_t within_ns = std::min(since_ns, part->duration_ns);
+  const int64_t within_ns = std::min(since_ns, part->duration_ns);
   target.position = part->from + target.velocity * (1e-9 * static_cast<double>(within_ns));
   target.stamp_ns = now_ns;
   target.until_ns = now_ns + part->duration_ns - within_ns;

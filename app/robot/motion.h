@@ -24,18 +24,18 @@ class Motion {
   /// @param start     all controlled coordinates, e, m or m³
   /// @param start_ns  when the approach begins
   Motion(const Config& config, const rt::EffectorVector& rest, const rt::EffectorVector& start,
-         std::int64_t start_ns);
+         int64_t start_ns);
 
   /// The straight piece of the path at an instant, stamped with it.
-  rt::Target at(std::int64_t now_ns) const;
+  rt::Target at(int64_t now_ns) const;
 
   /// When the first waypoint is reached and the path proper begins.
-  std::int64_t path_start_ns() const { return path_start_ns_; }
+  int64_t path_start_ns() const { return path_start_ns_; }
 
  private:
   struct Leg {
     rt::EffectorVector from, to;
-    std::int64_t duration_ns;
+    int64_t duration_ns;
   };
 
   Leg leg(const rt::EffectorVector& from, const rt::EffectorVector& to) const;
@@ -45,7 +45,7 @@ class Motion {
   bool closed_;
   Leg approach_;
   std::vector<Leg> path_;
-  std::int64_t start_ns_, path_start_ns_, round_ns_ = 0;
+  int64_t start_ns_, path_start_ns_, round_ns_ = 0;
 };
 
 }  // namespace tendril::app

@@ -120,7 +120,7 @@ std::unique_ptr<Robot> build(const Config& config, fem::Model body) {
   }
 }
 
-std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
+int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
 
 }  // namespace
 

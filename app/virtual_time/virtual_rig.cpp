@@ -13,12 +13,12 @@ namespace tendril::app {
 namespace {
 
 // Not zero: stamps of zero mean "never".
-constexpr std::int64_t kVirtualStart_ns = 1'000'000'000;
+constexpr int64_t kVirtualStart_ns = 1'000'000'000;
 
 // Places in the list of events.
 constexpr std::size_t kModel = 2, kControl = 4;
 
-std::int64_t period_ns(double rate_hz) { return std::llround(1e9 / rate_hz); }
+int64_t period_ns(double rate_hz) { return std::llround(1e9 / rate_hz); }
 
 /// In the one loop a command may go as far as the drives get in a period of that loop.
 rt::ControllerConfig law(const Config& config, const VirtualSettings& settings) {
@@ -53,12 +53,12 @@ VirtualRig::VirtualRig(const Config& config, const VirtualSettings& settings)
 }
 
 void VirtualRig::run_for(double seconds) {
-  const std::int64_t end_ns = now_ns_ + std::llround(1e9 * seconds);
+  const int64_t end_ns = now_ns_ + std::llround(1e9 * seconds);
   while (now_ns_ < end_ns) step();
 }
 
 bool VirtualRig::run_until(rt::Phase wanted, double seconds) {
-  const std::int64_t end_ns = now_ns_ + std::llround(1e9 * seconds);
+  const int64_t end_ns = now_ns_ + std::llround(1e9 * seconds);
   while (now_ns_ < end_ns && phase() < wanted) step();
   return phase() >= wanted;
 }
@@ -81,8 +81,8 @@ void VirtualRig::move_body() {
 
 void VirtualRig::serve_drives() { drives_.serve(plant_bus_, measurements_.back(), now_ns_); }
 
-std::int64_t VirtualRig::next_model_period_ns() {
-  const std::int64_t mean_ns = period_ns(settings_.model_rate_hz);
+int64_t VirtualRig::next_model_period_ns() {
+  const int64_t mean_ns = period_ns(settings_.model_rate_hz);
   if (settings_.model_jitter == 0) return mean_ns;
   const double drawn = static_cast<double>(jitter_()) / std::mt19937::max();  // the same with every library
   return std::llround(static_cast<double>(mean_ns) * (1 + settings_.model_jitter * (2 * drawn - 1)));

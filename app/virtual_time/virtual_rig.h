@@ -23,14 +23,14 @@ struct VirtualSettings {
   /// Each period of the model is drawn evenly from those that differ by up to this share, below 1, from the
   /// mean.
   double model_jitter = 0;
-  std::uint32_t jitter_seed = 1;
+  uint32_t jitter_seed = 1;
   /// One loop at the model's rate instead of two: the target is the one read at the instant of the pose, and
   /// the command that follows from both goes out when the refresh ends and stands still until the next one
   /// ends. [Largilliere 2015, section III: the generic method]
   bool synchronous = false;
-  std::int64_t bus_delay_ns = 300'000;     ///< of every frame
-  std::int64_t drive_period_ns = 250'000;  ///< how often the simulated drives look at the bus
-  std::int64_t target_period_ns = 5'000'000;
+  int64_t bus_delay_ns = 300'000;     ///< of every frame
+  int64_t drive_period_ns = 250'000;  ///< how often the simulated drives look at the bus
+  int64_t target_period_ns = 5'000'000;
   PlantDisplacements start{};  ///< where the drives stand at power-on
 };
 
@@ -52,7 +52,7 @@ class VirtualRig {
   /// @return  true where the phase was reached
   bool run_until(rt::Phase phase, double seconds);
 
-  std::int64_t now_ns() const { return now_ns_; }
+  int64_t now_ns() const { return now_ns_; }
   rt::Phase phase() const { return trace_.empty() ? rt::Phase::kConnecting : trace_.back().phase; }
   const std::vector<rt::TraceRecord>& trace() const { return trace_; }  ///< every cycle so far
   const std::vector<PlantMeasurement>& measurements() const {
@@ -65,7 +65,7 @@ class VirtualRig {
   PlantEfforts efforts() const { return body_.efforts(); }  ///< of the body's last time step
 
   /// Heap calls made by the control loop's cycles so far; always 0 where they cannot be counted.
-  std::int64_t heap_calls() const { return heap_calls_; }
+  int64_t heap_calls() const { return heap_calls_; }
 
   // What a scenario may do to it.
   PlantDrives& drives() { return drives_; }
@@ -87,15 +87,15 @@ class VirtualRig {
   using Task = void (VirtualRig::*)();
   struct Event {
     Task task;
-    std::int64_t period_ns;
-    std::int64_t next_ns;
+    int64_t period_ns;
+    int64_t next_ns;
   };
 
   void step();
   void move_body();
   void serve_drives();
   void refresh_model();
-  std::int64_t next_model_period_ns();
+  int64_t next_model_period_ns();
   void publish_refresh();
   void begin_refresh();
   void send_target();
@@ -103,7 +103,7 @@ class VirtualRig {
 
   Config config_;
   VirtualSettings settings_;
-  std::int64_t now_ns_;
+  int64_t now_ns_;
   std::unique_ptr<Robot> robot_;
   hal::VirtualBus medium_;
   hal::VirtualEndpoint& controller_bus_;
@@ -113,7 +113,7 @@ class VirtualRig {
   PlantBody body_;
   PlantDrives drives_;
   rt::DeadlineGrid control_grid_;
-  std::int64_t cycles_ = 0, heap_calls_ = 0;
+  int64_t cycles_ = 0, heap_calls_ = 0;
   int overruns_ = 0, late_in_a_row_ = 0;
   std::vector<Event> events_;  // a tie is served in this order
   std::vector<rt::TraceRecord> trace_;

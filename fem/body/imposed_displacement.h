@@ -11,7 +11,7 @@ enum class EffortSign {
 };
 
 /// Largest number of actuators of solve_efforts().
-inline constexpr int kMaxEfforts = 32;
+inline constexpr int kMaxEfforts = TENDRIL_MAX_ACTUATORS;
 
 /// Efforts that impose displacements δ_a on the linearised body. With w = W_aa λ + δ_a_free − δ_a, an
 /// actuator of any sign reaches its displacement, w_i = 0. One that only pulls is taut and at its

@@ -9,19 +9,19 @@
 namespace tendril::fem {
 namespace {
 
-using Position = std::array<std::uint64_t, 3>;  // the bits, which have an order even where they are no number
+using Position = std::array<uint64_t, 3>;  // the bits, which have an order even where they are no number
 
 /// The points of all pieces, those at one position once.
 class Points {
  public:
   /// @return  the number that each point of a piece gets
-  std::vector<std::int64_t> add(const Eigen::Matrix3Xd& points) {
-    std::vector<std::int64_t> numbers;
+  std::vector<int64_t> add(const Eigen::Matrix3Xd& points) {
+    std::vector<int64_t> numbers;
     std::vector<Position> positions;
     for (Eigen::Index k = 0; k < points.cols(); ++k) {
       const Eigen::Vector3d p = points.col(k).array() + 0.0;  // -0 becomes 0
-      positions.push_back({std::bit_cast<std::uint64_t>(p.x()), std::bit_cast<std::uint64_t>(p.y()),
-                           std::bit_cast<std::uint64_t>(p.z())});
+      positions.push_back(
+          {std::bit_cast<uint64_t>(p.x()), std::bit_cast<uint64_t>(p.y()), std::bit_cast<uint64_t>(p.z())});
       const auto known = number_at_.find(positions.back());
       numbers.push_back(known != number_at_.end() ? known->second : std::ssize(coordinates_) / 3);
       if (known == number_at_.end()) coordinates_.insert(coordinates_.end(), p.begin(), p.end());
@@ -36,7 +36,7 @@ class Points {
 
  private:
   std::vector<double> coordinates_;
-  std::map<Position, std::int64_t> number_at_;  // of the points of the pieces before
+  std::map<Position, int64_t> number_at_;  // of the points of the pieces before
 };
 
 void append_labels(VtkGrid& whole, const VtkGrid& piece, const std::string& file) {
@@ -64,10 +64,10 @@ VtkGrid joined(std::vector<VtkGrid> pieces, const std::string& file) {
   VtkGrid whole;
   Points points;
   for (const VtkGrid& piece : pieces) {
-    const std::vector<std::int64_t> numbers = points.add(piece.points);
-    const std::int64_t before = std::ssize(whole.connectivity);
-    for (const std::int64_t end : piece.offsets) whole.offsets.push_back(before + end);
-    for (const std::int64_t node : piece.connectivity) {
+    const std::vector<int64_t> numbers = points.add(piece.points);
+    const int64_t before = std::ssize(whole.connectivity);
+    for (const int64_t end : piece.offsets) whole.offsets.push_back(before + end);
+    for (const int64_t node : piece.connectivity) {
       if (node < 0 || node >= std::ssize(numbers))
         throw MeshError(
             fmt::format("{}: a piece names point {}, expected 0 to {}", file, node, std::ssize(numbers) - 1));

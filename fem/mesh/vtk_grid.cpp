@@ -13,10 +13,10 @@ namespace tendril::fem {
 namespace {
 
 // VTK's cell types [vtkCellType.h]: the tetrahedron, and those without a volume.
-constexpr std::int64_t kVtkTet = 10;
-const std::set<std::int64_t> kCurvedTets = {24, 71, 78};
-const std::set<std::int64_t> kVtkFlatTypes = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  21, 22,
-                                              23, 28, 30, 34, 35, 36, 68, 69, 70, 75, 76, 77};
+constexpr int64_t kVtkTet = 10;
+const std::set<int64_t> kCurvedTets = {24, 71, 78};
+const std::set<int64_t> kVtkFlatTypes = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  21, 22,
+                                         23, 28, 30, 34, 35, 36, 68, 69, 70, 75, 76, 77};
 // An array with more values than this numbers the cells and does not sort them.
 constexpr size_t kMostLabels = 64;
 
@@ -38,7 +38,7 @@ std::vector<std::vector<int>> add_groups(const VtkGrid& grid, MeshBuilder& build
   std::vector<std::vector<int>> groups;
   for (const auto& [name, values] : grid.labels) {
     if (values.size() != grid.types.size()) continue;  // counted against other cells, if any
-    std::map<std::int64_t, int> number_of;
+    std::map<int64_t, int> number_of;
     for (auto value = values.begin(); value != values.end() && number_of.size() <= kMostLabels; ++value)
       number_of[*value] = 0;
     if (number_of.size() > kMostLabels) continue;
@@ -49,8 +49,8 @@ std::vector<std::vector<int>> add_groups(const VtkGrid& grid, MeshBuilder& build
   return groups;
 }
 
-void check_tet(const VtkGrid& grid, size_t cell, std::int64_t nodes, const std::string& file) {
-  const std::int64_t type = grid.types[cell];
+void check_tet(const VtkGrid& grid, size_t cell, int64_t nodes, const std::string& file) {
+  const int64_t type = grid.types[cell];
   if (kCurvedTets.contains(type))
     throw MeshError(
         fmt::format("{}: cell {} is a second-order tetrahedron (type {}), expected linear ones (type "
@@ -71,15 +71,15 @@ Mesh to_mesh(VtkGrid grid, const std::string& file) {
   MeshBuilder builder(std::move(grid.points));
   const auto groups = add_groups(grid, builder);
   std::vector<int> nodes, of_cell(groups.size());
-  std::int64_t begin = 0;
+  int64_t begin = 0;
   for (size_t cell = 0; cell < grid.types.size(); ++cell) {
-    const std::int64_t end = grid.offsets[cell];
+    const int64_t end = grid.offsets[cell];
     if (end < begin || end > std::ssize(grid.connectivity))
       throw MeshError(fmt::format("{}: cell {} ends at place {} of the connectivity, expected {} to {}", file,
                                   cell, end, begin, grid.connectivity.size()));
     nodes.clear();
     for (; begin < end; ++begin) {
-      const std::int64_t node = grid.connectivity[begin];
+      const int64_t node = grid.connectivity[begin];
       if (node < 0 || node >= builder.node_count())
         throw MeshError(fmt::format("{}: cell {} names point {}, expected 0 to {}", file, cell, node,
                                     builder.node_count() - 1));
@@ -105,22 +105,22 @@ std::vector<T> numbers(std::string_view bytes, NumberType type, bool big_endian)
   const bool is_signed = type.kind == kSigned;
   switch (type.bytes) {
     case 1:
-      return is_signed ? numbers_stored_as<std::int8_t, T>(bytes, big_endian)
-                       : numbers_stored_as<std::uint8_t, T>(bytes, big_endian);
+      return is_signed ? numbers_stored_as<int8_t, T>(bytes, big_endian)
+                       : numbers_stored_as<uint8_t, T>(bytes, big_endian);
     case 2:
-      return is_signed ? numbers_stored_as<std::int16_t, T>(bytes, big_endian)
-                       : numbers_stored_as<std::uint16_t, T>(bytes, big_endian);
+      return is_signed ? numbers_stored_as<int16_t, T>(bytes, big_endian)
+                       : numbers_stored_as<uint16_t, T>(bytes, big_endian);
     case 4:
-      return is_signed ? numbers_stored_as<std::int32_t, T>(bytes, big_endian)
-                       : numbers_stored_as<std::uint32_t, T>(bytes, big_endian);
+      return is_signed ? numbers_stored_as<int32_t, T>(bytes, big_endian)
+                       : numbers_stored_as<uint32_t, T>(bytes, big_endian);
     default:
-      return is_signed ? numbers_stored_as<std::int64_t, T>(bytes, big_endian)
-                       : numbers_stored_as<std::uint64_t, T>(bytes, big_endian);
+      return is_signed ? numbers_stored_as<int64_t, T>(bytes, big_endian)
+                       : numbers_stored_as<uint64_t, T>(bytes, big_endian);
   }
 }
 
 template std::vector<double> numbers(std::string_view, NumberType, bool);
-template std::vector<std::int64_t> numbers(std::string_view, NumberType, bool);
-template std::vector<std::uint64_t> numbers(std::string_view, NumberType, bool);
+template std::vector<int64_t> numbers(std::string_view, NumberType, bool);
+template std::vector<uint64_t> numbers(std::string_view, NumberType, bool);
 
 }  // namespace tendril::fem

@@ -12,11 +12,11 @@ namespace tendril::fem {
 
 /// An unstructured grid as both of VTK's file formats hold it.
 struct VtkGrid {
-  Eigen::Matrix3Xd points;                                  ///< 3 × n
-  std::vector<std::int64_t> types;                          ///< VTK's cell type of each cell
-  std::vector<std::int64_t> offsets;                        ///< where each cell's nodes end in connectivity
-  std::vector<std::int64_t> connectivity;                   ///< node indices, cell after cell
-  std::map<std::string, std::vector<std::int64_t>> labels;  ///< cell arrays of whole numbers, by name
+  Eigen::Matrix3Xd points;                             ///< 3 × n
+  std::vector<int64_t> types;                          ///< VTK's cell type of each cell
+  std::vector<int64_t> offsets;                        ///< where each cell's nodes end in connectivity
+  std::vector<int64_t> connectivity;                   ///< node indices, cell after cell
+  std::map<std::string, std::vector<int64_t>> labels;  ///< cell arrays of whole numbers, by name
 };
 
 /// The mesh of the grid's tetrahedra, with a region and a volume for each value of each label.

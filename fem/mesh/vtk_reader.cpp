@@ -56,7 +56,7 @@ class LegacyReader {
     } else if (keyword == "CELLS") {
       read_cells();
     } else if (keyword == "CELL_TYPES") {
-      grid_.types = read_numbers<std::int64_t>(in_.count("a number of cells"), kVtkInt);
+      grid_.types = read_numbers<int64_t>(in_.count("a number of cells"), kVtkInt);
     } else if (keyword == "CELL_DATA" || keyword == "POINT_DATA") {
       of_cells_ = keyword == "CELL_DATA";
       tuples_ = in_.count("a number of values");
@@ -91,13 +91,12 @@ class LegacyReader {
       grid_.connectivity = read_named("CONNECTIVITY", size);
       return;
     }
-    const auto all =
-        read_numbers<std::int64_t>(size, kVtkInt);  // of each cell: its number of nodes, its nodes
+    const auto all = read_numbers<int64_t>(size, kVtkInt);  // of each cell: its number of nodes, its nodes
     size_t next = 0;
     for (size_t cell = 0; cell < count; ++cell) {
       if (next == size || static_cast<size_t>(all[next]) > size - next - 1)
         in_.fail_with(fmt::format("cell {} goes beyond the {} integers announced", cell, size));
-      const std::int64_t nodes = all[next++];
+      const int64_t nodes = all[next++];
       const auto first = all.begin() + static_cast<std::ptrdiff_t>(next);
       grid_.connectivity.insert(grid_.connectivity.end(), first, first + nodes);
       grid_.offsets.push_back(std::ssize(grid_.connectivity));
@@ -105,12 +104,12 @@ class LegacyReader {
     }
   }
 
-  std::vector<std::int64_t> read_named(const char* keyword, size_t count) {
+  std::vector<int64_t> read_named(const char* keyword, size_t count) {
     if (in_capitals(in_.word()) != keyword) in_.fail(keyword);
     const NumberType stored = number_type();
     if (!stored.whole())
       in_.fail_with(fmt::format("{} has numbers of floating point, expected whole ones", keyword));
-    return read_numbers<std::int64_t>(count, stored);
+    return read_numbers<int64_t>(count, stored);
   }
 
   /// One array of CELL_DATA or POINT_DATA, or a FIELD of several.
@@ -176,7 +175,7 @@ class LegacyReader {
     const size_t components = in_.count("a number of components");
     const VtkStorage bytes{.number = {kUnsigned, 1}};
     if (components != 1 || binary_) return read_data(name, components, tuples_, bytes);
-    std::vector<std::int64_t> values;
+    std::vector<int64_t> values;
     for (size_t k = 0; k < tuples_; ++k) {
       const auto share = in_.number<double>("a colour from 0 to 1");
       if (!(share >= 0 && share <= 1)) in_.fail("a colour from 0 to 1");
@@ -190,7 +189,7 @@ class LegacyReader {
     components_ = components;
     if (of_cells_ && stored.form == VtkStorage::Form::kNumbers && stored.number.whole() && components == 1 &&
         tuples == grid_.types.size())
-      grid_.labels[name] = read_numbers<std::int64_t>(tuples, stored.number);
+      grid_.labels[name] = read_numbers<int64_t>(tuples, stored.number);
     else
       skip_array(components, tuples, stored);
   }

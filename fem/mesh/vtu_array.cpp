@@ -89,23 +89,23 @@ class Stream {
 };
 
 /// Numbers of the header before an array's bytes; at least as many as the file has bytes for.
-std::vector<std::uint64_t> header(const VtuFile& file, const pugi::xml_node& array, Stream& stream,
-                                  std::uint64_t count) {
+std::vector<uint64_t> header(const VtuFile& file, const pugi::xml_node& array, Stream& stream,
+                             uint64_t count) {
   if (count > file.text.size())
     fail(file, array, fmt::format("found {} packed blocks, expected fewer than bytes", count));
-  return numbers<std::uint64_t>(stream.read(count * file.header_bytes),
-                                {NumberType::Kind::kUnsigned, file.header_bytes}, file.big_endian);
+  return numbers<uint64_t>(stream.read(count * file.header_bytes),
+                           {NumberType::Kind::kUnsigned, file.header_bytes}, file.big_endian);
 }
 
 /// What stands before blocks packed with zlib.
 struct PackedHeader {
-  std::uint64_t blocks, block_size, last_size;  ///< sizes unpacked
-  std::vector<std::uint64_t> packed_sizes;
+  uint64_t blocks, block_size, last_size;  ///< sizes unpacked
+  std::vector<uint64_t> packed_sizes;
   size_t packed_total = 0;
 
   /// Whether the blocks unpack to so many bytes. Compared by division first: the product of wrong numbers may
   /// be too large for its type.
-  bool unpacks_to(std::uint64_t expected) const {
+  bool unpacks_to(uint64_t expected) const {
     if (blocks == 0) return expected == 0;
     if (block_size == 0 && blocks > 1) return false;
     if (blocks > 1 && blocks - 1 > expected / block_size) return false;
@@ -153,7 +153,7 @@ std::string unpack(const VtuFile& file, const pugi::xml_node& array, Stream stre
 
 std::string array_bytes(const VtuFile& file, const pugi::xml_node& array, Stream stream, size_t expected) {
   if (file.zlib) return unpack(file, array, stream, expected);
-  const std::uint64_t found = header(file, array, stream, 1)[0];
+  const uint64_t found = header(file, array, stream, 1)[0];
   if (found != expected) fail(file, array, fmt::format("found {} bytes, expected {}", found, expected));
   return stream.read(expected);
 }
@@ -203,7 +203,7 @@ std::vector<T> read_array(VtuFile& file, const pugi::xml_node& array, size_t cou
 }
 
 template std::vector<double> read_array(VtuFile&, const pugi::xml_node&, size_t);
-template std::vector<std::int64_t> read_array(VtuFile&, const pugi::xml_node&, size_t);
+template std::vector<int64_t> read_array(VtuFile&, const pugi::xml_node&, size_t);
 
 bool is_label(const pugi::xml_node& array) {
   return array.attribute("NumberOfComponents").as_int(1) == 1 &&

@@ -74,16 +74,16 @@ VtkGrid read_piece(VtuFile& file, const pugi::xml_node& piece) {
   grid.points = Eigen::Map<const Eigen::Matrix3Xd>(read_array<double>(file, coordinates, 3 * points).data(),
                                                    3, static_cast<Eigen::Index>(points));
   const auto cells_node = piece.child("Cells");
-  grid.types = read_array<std::int64_t>(file, array(file, cells_node, "types"), cells);
-  grid.offsets = read_array<std::int64_t>(file, array(file, cells_node, "offsets"), cells);
-  const std::int64_t nodes = grid.offsets.empty() ? 0 : std::max<std::int64_t>(grid.offsets.back(), 0);
-  grid.connectivity = read_array<std::int64_t>(file, array(file, cells_node, "connectivity"), nodes);
+  grid.types = read_array<int64_t>(file, array(file, cells_node, "types"), cells);
+  grid.offsets = read_array<int64_t>(file, array(file, cells_node, "offsets"), cells);
+  const int64_t nodes = grid.offsets.empty() ? 0 : std::max<int64_t>(grid.offsets.back(), 0);
+  grid.connectivity = read_array<int64_t>(file, array(file, cells_node, "connectivity"), nodes);
   const auto cell_data = piece.child("CellData");
   for (const auto& data : cell_data.children("DataArray")) {
     const std::string name = data.attribute("Name").value();
     const bool numbers_cells = name == cell_data.attribute("GlobalIds").value() ||
                                name == cell_data.attribute("PedigreeIds").value();
-    if (is_label(data) && !numbers_cells) grid.labels[name] = read_array<std::int64_t>(file, data, cells);
+    if (is_label(data) && !numbers_cells) grid.labels[name] = read_array<int64_t>(file, data, cells);
   }
   return grid;
 }

@@ -2,7 +2,7 @@
 
 namespace tendril::hal {
 
-const char* to_text(BusHealth health) noexcept {
+const char* name(BusHealth health) noexcept {
   switch (health) {
     case BusHealth::kActive:
       return "error-active";

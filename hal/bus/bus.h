@@ -19,7 +19,7 @@ enum class SendResult : uint8_t {
 enum class BusHealth : uint8_t { kActive, kPassive, kOff, kDown };
 
 /// "error-active", "error-passive", "bus-off" or "down". Real-time: yes.
-const char* to_text(BusHealth health) noexcept;
+const char* name(BusHealth health) noexcept;
 
 /// More frames than wait in the queue of a SocketCAN interface, whatever its users do: who has room for as
 /// many in each `receive` leaves none behind, so that feedback is never older than the time between two of

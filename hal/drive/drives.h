@@ -13,7 +13,7 @@
 namespace tendril::hal {
 
 /// Axes of the largest robot; every per-axis array has this size.
-inline constexpr int kMaxAxes = 32;
+inline constexpr int kMaxAxes = TENDRIL_MAX_ACTUATORS;
 
 /// What can go wrong with the drives and their bus. In brackets the meaning of DriveFault::code with CiA 402
 /// and, after the semicolon, with ODrive, where OdriveAxis packs state and result.

@@ -9,8 +9,7 @@ namespace {
 /// Draws what goes wrong with a problem, and does it.
 class Corruption {
  public:
-  Corruption(std::uint64_t seed, AdversarialProblem& target)
-      : random_(seed), target_(target), qp_(target.qp) {
+  Corruption(uint64_t seed, AdversarialProblem& target) : random_(seed), target_(target), qp_(target.qp) {
     n_ = chance(0.04) ? integer(9, kMaxVariables) : integer(1, 8);
     target_.feasible = chance(0.7);
     qp_ = random_qp(random_, n_, target_.feasible ? Rows::kFeasible : Rows::kArbitrary);
@@ -109,6 +108,6 @@ class Corruption {
 
 }  // namespace
 
-AdversarialProblem::AdversarialProblem(std::uint64_t seed) { Corruption(seed, *this).apply(); }
+AdversarialProblem::AdversarialProblem(uint64_t seed) { Corruption(seed, *this).apply(); }
 
 }  // namespace tendril::qp

@@ -9,7 +9,7 @@ namespace tendril::qp {
 /// and numbers that are none.
 /// @param seed  the same gives the same problem; n and all else come from it
 struct AdversarialProblem {
-  explicit AdversarialProblem(std::uint64_t seed);
+  explicit AdversarialProblem(uint64_t seed);
 
   Qp qp;
   bool feasible = false;  // some point meets bounds and rows; where not, there may still be one

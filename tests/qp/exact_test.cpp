@@ -64,7 +64,7 @@ TEST_CASE("Exact arithmetic finds the same objective, and the same problems impo
 #else
   constexpr int kProblems = 10000;
 #endif
-  constexpr std::uint64_t kSeed = 2015;
+  constexpr uint64_t kSeed = 2015;
   std::mt19937_64 random(kSeed);
   int impossible = 0, singular = 0, unsolved = 0, unsolved_regular = 0;
   for (int repeat = 0; repeat < kProblems; ++repeat) {

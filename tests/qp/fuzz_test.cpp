@@ -59,7 +59,7 @@ TEST_CASE("However a problem is made worse, what is called solved is solved", "[
   long unsolved = 0, first_unsolved = 0;
   for (long seed = first; seed < first + count; ++seed) {
     CAPTURE(seed);
-    AdversarialProblem posed(static_cast<std::uint64_t>(seed));
+    AdversarialProblem posed(static_cast<uint64_t>(seed));
     const Vector hold = Vector::Zero(posed.qp.g.size());
     Problem problem;
     REQUIRE(problem.prepare(posed.qp.H, posed.qp.A) == Preparation::kReady);

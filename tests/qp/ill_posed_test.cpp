@@ -71,7 +71,7 @@ TEST_CASE("Whatever bits come in, finite numbers within sound bounds come out", 
   auto bits = [&random](double& value) {  // specials, or any 64 bits at all
     const std::array<double, 10> specials = {kNaN,  kInf,   -kInf,  0.0,    -0.0,
                                              1e308, -1e308, 5e-324, 1e-300, 1.0};
-    const std::uint64_t pattern = random();
+    const uint64_t pattern = random();
     if (random() % 4 != 0)
       value = specials[random() % specials.size()];
     else
@@ -91,7 +91,7 @@ TEST_CASE("Whatever bits come in, finite numbers within sound bounds come out", 
                                            qp.bounds.upper.data(),
                                            qp.bounds.row_lower.data(),
                                            qp.bounds.row_upper.data()};
-    for (std::uint64_t i = random() % 4; i > 0; --i) bits(inputs[random() % 6][random() % n]);
+    for (uint64_t i = random() % 4; i > 0; --i) bits(inputs[random() % 6][random() % n]);
     if (repeat % 10 == 0) bits(qp.H(static_cast<int>(random() % n), 0));
     if (repeat % 10 == 5) bits(qp.A(static_cast<int>(random() % n), 0));
     problem.prepare(qp.H, qp.A);

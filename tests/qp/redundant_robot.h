@@ -24,7 +24,7 @@ struct RedundantRobot {
   int more = 1;            // added actuators
   double distance = 1e-2;  // of kNear, relative to the length of the row of J_a
   double epsilon = 0;      // of the energy term in H
-  std::uint64_t seed = 1;
+  uint64_t seed = 1;
 
   struct Cycle {
     bool new_snapshot = false;

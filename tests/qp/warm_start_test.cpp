@@ -9,7 +9,7 @@ constexpr int kCap = 400;
 
 /// A strictly convex problem, then the same with g, bounds and now and then H and A a little or much changed.
 struct Drift {
-  explicit Drift(int variables, std::uint64_t seed) : n(variables), random(seed) { renew(); }
+  explicit Drift(int variables, uint64_t seed) : n(variables), random(seed) { renew(); }
 
   void renew() {
     do {

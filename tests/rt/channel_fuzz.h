@@ -20,21 +20,21 @@ namespace tendril::rt {
 
 /// What the reader of a channel of latest values saw.
 struct LatestVerdict {
-  std::int64_t newer = 0;    // values that followed an older one, as they should
-  std::int64_t torn = 0;     // parts of two values
-  std::int64_t changed = 0;  // changed while the reader held them
-  std::int64_t older = 0;    // older than one seen before, or announced as fresh and not newer
+  int64_t newer = 0;         // values that followed an older one, as they should
+  int64_t torn = 0;          // parts of two values
+  int64_t changed = 0;       // changed while the reader held them
+  int64_t older = 0;         // older than one seen before, or announced as fresh and not newer
   bool last_missed = false;  // the last value published did not arrive
 };
 
 /// Runs a writer and a reader as fast as they can until `count` values, numbered from 1, are published.
 template <class Channel>
-LatestVerdict fuzz_latest(std::uint64_t count, std::uint64_t seed) {
+LatestVerdict fuzz_latest(uint64_t count, uint64_t seed) {
   const auto channel = std::make_unique<Channel>();
   std::atomic<bool> over{false};
   std::thread writer([&] {
     Interruptions::seed(seed);
-    for (std::uint64_t number = 1; number <= count; ++number) {
+    for (uint64_t number = 1; number <= count; ++number) {
       channel->back().write(number);
       channel->publish();
     }
@@ -43,12 +43,12 @@ LatestVerdict fuzz_latest(std::uint64_t count, std::uint64_t seed) {
 
   Interruptions::seed(seed + 1);
   LatestVerdict verdict;
-  std::uint64_t last = 0;
+  uint64_t last = 0;
   for (bool last_look = false; !last_look;) {
     last_look = over.load(std::memory_order_acquire);
     const bool fresh = channel->fresh();
     const TornValue& value = channel->latest();
-    const std::uint64_t number = value.number();
+    const uint64_t number = value.number();
     verdict.torn += value.torn();
     verdict.changed += value.number() != number;
     verdict.older += number < last || (fresh && number == last);
@@ -62,21 +62,21 @@ LatestVerdict fuzz_latest(std::uint64_t count, std::uint64_t seed) {
 
 /// What the consumer of a channel of every value saw.
 struct EveryVerdict {
-  std::uint64_t received = 0, dropped = 0;
-  std::uint64_t torn = 0;
-  std::uint64_t out_of_order = 0;  // not newer than the value before
+  uint64_t received = 0, dropped = 0;
+  uint64_t torn = 0;
+  uint64_t out_of_order = 0;  // not newer than the value before
 };
 
 /// Runs a producer and a consumer as fast as they can until `count` values, numbered from 1, are offered;
 /// what is refused is not offered again.
 template <class Ring>
-EveryVerdict fuzz_every(std::uint64_t count, std::uint64_t seed) {
+EveryVerdict fuzz_every(uint64_t count, uint64_t seed) {
   const auto ring = std::make_unique<Ring>();
   std::atomic<bool> over{false};
   std::thread producer([&] {
     Interruptions::seed(seed);
     TornValue value;
-    for (std::uint64_t number = 1; number <= count; ++number) {
+    for (uint64_t number = 1; number <= count; ++number) {
       value.write(number);
       if (!ring->push(value)) std::this_thread::yield();
     }
@@ -86,7 +86,7 @@ EveryVerdict fuzz_every(std::uint64_t count, std::uint64_t seed) {
   Interruptions::seed(seed + 1);
   EveryVerdict verdict;
   TornValue value;
-  std::uint64_t last = 0;
+  uint64_t last = 0;
   for (bool last_look = false; !last_look;) {
     last_look = over.load(std::memory_order_acquire);
     // The bound is for broken rings, which may hand out values without end.
@@ -108,8 +108,8 @@ EveryVerdict fuzz_every(std::uint64_t count, std::uint64_t seed) {
 /// @param fuzz  takes a seed and returns whether what it saw was wrong
 template <class Fuzz>
 bool finds_out(Fuzz fuzz) {
-  constexpr std::uint64_t kSeeds = 100;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed)
+  constexpr uint64_t kSeeds = 100;
+  for (uint64_t seed = 1; seed <= kSeeds; ++seed)
     if (fuzz(seed)) return true;
   return false;
 }

@@ -22,18 +22,18 @@ constexpr int kWastedPages = 1000;
 /// Drives that are known and enabled as soon as they are asked, and that answer with what they were told.
 class ObedientDrives final : public hal::DriveMaster {
  public:
-  std::vector<std::uint32_t> identifiers() const override { return {0x181}; }
-  void receive(const hal::Frame&, std::int64_t arrival_ns) noexcept override {
+  std::vector<uint32_t> identifiers() const override { return {0x181}; }
+  void receive(const hal::Frame&, int64_t arrival_ns) noexcept override {
     ++received;
     last_arrival_ns = arrival_ns;
   }
-  const hal::Measurement& measure(hal::BusHealth, std::int64_t now_ns) noexcept override {
+  const hal::Measurement& measure(hal::BusHealth, int64_t now_ns) noexcept override {
     measurement_.stamp_ns = now_ns;
     measurement_.axes = 1;
     measurement_.all_known = true;
     return measurement_;
   }
-  void command(const hal::Command& command, std::int64_t, hal::FrameBatch& out) noexcept override {
+  void command(const hal::Command& command, int64_t, hal::FrameBatch& out) noexcept override {
     out.push({.id = 0x201, .length = 6});
     out.push({.id = 0x080});
     measurement_.all_enabled = command.enable;
@@ -45,7 +45,7 @@ class ObedientDrives final : public hal::DriveMaster {
   std::string describe(const hal::DriveFault&) const override { return {}; }
 
   int received = 0;
-  std::int64_t last_arrival_ns = 0;
+  int64_t last_arrival_ns = 0;
   std::chrono::milliseconds stall{0};  ///< how long the hundredth command takes
   int waste_at = 0;                    ///< the command that makes heap calls and page faults; 0: none
 
@@ -83,7 +83,7 @@ struct Loop {
   Controller controller{patient()};
   ControlLoop loop{bus, drives, controller, channels};
 
-  void publish(std::int64_t now_ns, double goal) {
+  void publish(int64_t now_ns, double goal) {
     testing::fill_snapshot(channels.snapshots.back(), now_ns);
     channels.snapshots.publish();
     channels.targets.back() = testing::still(goal, now_ns);
@@ -93,7 +93,7 @@ struct Loop {
 
 TEST_CASE("A cycle reads what has arrived, writes its frames in order, feeds back and records", "[unit]") {
   const auto rig = std::make_unique<Loop>();
-  std::int64_t now_ns = 1000 * kMillisecond;
+  int64_t now_ns = 1000 * kMillisecond;
   rig->medium.set_time(now_ns);
   rig->peer.send({.id = 0x181, .length = 6});
   rig->peer.send({.id = 0x181, .length = 6});
@@ -146,7 +146,7 @@ TEST_CASE("The loop on the clock counts every deadline, traces every cycle and m
 
   CHECK(rig->channels.progress.ended);
   CHECK(records.back().phase == Phase::kStopped);
-  std::int64_t missed = 0;
+  int64_t missed = 0;
   bool stalled_writing = false;
   for (size_t k = 0; k < records.size(); ++k) {
     if (k > 0) {
@@ -168,7 +168,7 @@ TEST_CASE("The loop on the clock counts every deadline, traces every cycle and m
   CHECK(records.back().cycles == counts->cycles);
   CHECK(records.back().late_cycles == counts->late_cycles);
   CHECK(records.front().cycles == 1 + records.front().missed);
-  CHECK(counts->cycles == static_cast<std::int64_t>(records.size()) + missed);
+  CHECK(counts->cycles == static_cast<int64_t>(records.size()) + missed);
   CHECK(counts->success_rate() ==
         Approx(1 - static_cast<double>(missed) / static_cast<double>(counts->cycles)));
   CHECK(counts->wakeup.count() >= counts->cycles);

@@ -75,14 +75,14 @@ TEST_CASE("Goals that one cable cannot reach together are missed by the inverse 
 
 /// The commands of a run with jumps of the target, a conflict of limits and a stop that relaxes, and the
 /// faults in it, where displacements are counted in another unit: `unit` of it are a metre.
-std::pair<std::vector<double>, std::vector<std::uint32_t>> run_in(double unit) {
+std::pair<std::vector<double>, std::vector<uint32_t>> run_in(double unit) {
   ControllerConfig config = testing::one_cable();
   config.stop = StopAction::kRelax;
   for (auto* v : {&config.l_min, &config.l_max, &config.v_max}) *v *= unit;
   for (auto* v : {&config.a_min, &config.a_max}) *v /= unit;
   Rig rig(config);
   rig.step_until(Phase::kModelling);
-  std::pair<std::vector<double>, std::vector<std::uint32_t>> result;
+  std::pair<std::vector<double>, std::vector<uint32_t>> result;
   for (int k = 0; k < 400; ++k) {
     rig.cycle.now_ns += kMillisecond;
     testing::fill_snapshot(*rig.snapshot, rig.cycle.now_ns);
@@ -99,7 +99,7 @@ std::pair<std::vector<double>, std::vector<std::uint32_t>> run_in(double unit) {
     rig.cycle.now_ns -= kMillisecond;
     const Decision& decision = rig.step(false, false);
     result.first.push_back(decision.command.displacement[0] / unit);
-    result.second.push_back(decision.faults.bits() << 8 | static_cast<std::uint32_t>(decision.phase));
+    result.second.push_back(decision.faults.bits() << 8 | static_cast<uint32_t>(decision.phase));
   }
   return result;
 }
@@ -108,7 +108,7 @@ TEST_CASE("The control law does not care in which unit displacements are counted
   const auto metres = run_in(1);
   CHECK(std::count(metres.second.begin(), metres.second.end(), metres.second[120]) > 10);
   CHECK((metres.second[120] >> 8 & 1u << static_cast<int>(Fault::kQpSoftened)) != 0);
-  CHECK((metres.second.back() & 0xFF) == static_cast<std::uint32_t>(Phase::kStopped));
+  CHECK((metres.second.back() & 0xFF) == static_cast<uint32_t>(Phase::kStopped));
   for (const double unit : {1e-6, 1e-3, 1e3}) {
     CAPTURE(unit);
     const auto other = run_in(unit);

@@ -7,12 +7,12 @@
 
 namespace tendril::rt::deadline_grid_test {
 
-constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr std::int64_t kStart = 123'456'789'012'345;  // a machine that has been up for a day and a half
+constexpr int64_t kSecond = 1'000'000'000;
+constexpr int64_t kStart = 123'456'789'012'345;  // a machine that has been up for a day and a half
 TEST_CASE("DeadlineGrid at 600 Hz does not drift in an hour, nor in a year", "[unit]") {
   const DeadlineGrid grid(600, kStart);
   CHECK(grid.deadline_ns(0) == kStart);
-  for (const std::int64_t seconds : {std::int64_t{1}, std::int64_t{3600}, std::int64_t{365 * 24 * 3600}}) {
+  for (const int64_t seconds : {int64_t{1}, int64_t{3600}, int64_t{365 * 24 * 3600}}) {
     CHECK(grid.deadline_ns(600 * seconds) - kStart == seconds * kSecond);
     CHECK(grid.deadline_ns(600 * seconds + 1) - kStart == seconds * kSecond + 1'666'667);
   }
@@ -32,14 +32,14 @@ TEST_CASE("DeadlineGrid finds the first deadline that is not past", "[unit]") {
   CHECK(grid.first_at_or_after(0) == 0);
   CHECK(grid.first_at_or_after(kStart) == 0);
   CHECK(grid.first_at_or_after(kStart + 1) == 1);
-  const std::uint64_t seed = 5;
+  const uint64_t seed = 5;
   CAPTURE(seed);
   std::mt19937_64 random(seed);
   for (const double rate_hz : {0.001, 1.0, 59.94, 600.0, 1000.0, 1e6 / 3, 1e6}) {
     CAPTURE(rate_hz);
     const DeadlineGrid any(rate_hz, kStart);
     for (int i = 0; i < 2000; ++i) {
-      const auto k = static_cast<std::int64_t>(random() % 1'000'000);
+      const auto k = static_cast<int64_t>(random() % 1'000'000);
       REQUIRE(any.first_at_or_after(any.deadline_ns(k)) == k);
       REQUIRE(any.first_at_or_after(any.deadline_ns(k) + 1) == k + 1);
     }

@@ -39,7 +39,7 @@ TEST_CASE("HeapGuard says that it does not count under a sanitizer", "[rt]") {
 
 TEST_CASE("HeapGuard counts each member of the malloc family", "[rt]") {
   REQUIRE(HeapGuard::available());
-  std::vector<std::int64_t> counts(14);
+  std::vector<int64_t> counts(14);
   {
     const HeapGuard guard;
     std::size_t next = 0;
@@ -76,16 +76,16 @@ TEST_CASE("HeapGuard counts each member of the malloc family", "[rt]") {
     note();
     counts.push_back(error);
   }
-  CHECK(counts == std::vector<std::int64_t>{1, 2, 3, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 22, 0});
+  CHECK(counts == std::vector<int64_t>{1, 2, 3, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 22, 0});
 }
 
 TEST_CASE("HeapGuard counts the growth of a vector, and nothing where it does not grow", "[rt]") {
   std::vector<int> values(4);
   const HeapGuard guard;
   values.push_back(1);
-  const std::int64_t grown = guard.calls();
+  const int64_t grown = guard.calls();
   values.push_back(2);
-  const std::int64_t fits = guard.calls();
+  const int64_t fits = guard.calls();
   CHECK(grown == 2);  // the new block and the end of the old
   CHECK(fits == 2);
 }
@@ -96,13 +96,13 @@ TEST_CASE("HeapGuard counts aligned new", "[rt]") {
   };
   const HeapGuard guard;
   delete seen(new Wide);
-  const std::int64_t calls = guard.calls();
+  const int64_t calls = guard.calls();
   CHECK(calls == 2);
 }
 
 TEST_CASE("HeapGuard leaves out the calls of other threads", "[rt]") {
   std::atomic<int> stage{0};
-  std::int64_t others = 0;
+  int64_t others = 0;
   std::thread other([&] {
     while (stage.load() != 1) std::this_thread::yield();
     const HeapGuard guard;
@@ -113,7 +113,7 @@ TEST_CASE("HeapGuard leaves out the calls of other threads", "[rt]") {
   const HeapGuard guard;
   stage.store(1);
   while (stage.load() != 2) std::this_thread::yield();
-  const std::int64_t calls = guard.calls();
+  const int64_t calls = guard.calls();
   other.join();
   CHECK(calls == 0);
   CHECK(others == 2000);
@@ -124,7 +124,7 @@ TEST_CASE("HeapGuards nest", "[rt]") {
   free(seen(malloc(1)));
   const HeapGuard inner;
   free(seen(malloc(1)));
-  const std::int64_t of_inner = inner.calls(), of_outer = outer.calls();
+  const int64_t of_inner = inner.calls(), of_outer = outer.calls();
   CHECK(of_inner == 2);
   CHECK(of_outer == 4);
 }
@@ -154,7 +154,7 @@ TEST_CASE("What the control thread calls makes no heap call", "[rt]") {
   const PageFaultCounter faults;
   double sink = 0;
   for (int i = 0; i < 100; ++i) {
-    const std::int64_t intended_ns = clock.wait();
+    const int64_t intended_ns = clock.wait();
     histogram->record(now_ns() - intended_ns);
     channel->back()[0] = i;
     channel->publish();
@@ -168,7 +168,7 @@ TEST_CASE("What the control thread calls makes no heap call", "[rt]") {
   histogram->clear();
   sink += static_cast<double>(histogram->percentile_ns(99) + faults.faults().major) +
           scheduling_of_this_thread().priority;
-  const std::int64_t calls = guard.calls();
+  const int64_t calls = guard.calls();
   CHECK(calls == 0);
   CHECK(sink > 0);
 }

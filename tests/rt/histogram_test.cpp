@@ -13,17 +13,17 @@ namespace tendril::rt::histogram_test {
 
 // The definition: the least value that at least p percent of all do not exceed, in whole per-mille steps of
 // p.
-std::int64_t exact_percentile(const std::vector<std::int64_t>& sorted, std::int64_t per_mille) {
-  const auto n = static_cast<std::int64_t>(sorted.size());
-  const std::int64_t rank = std::max<std::int64_t>(1, (per_mille * n + 999) / 1000);
+int64_t exact_percentile(const std::vector<int64_t>& sorted, int64_t per_mille) {
+  const auto n = static_cast<int64_t>(sorted.size());
+  const int64_t rank = std::max<int64_t>(1, (per_mille * n + 999) / 1000);
   return sorted[static_cast<std::size_t>(rank - 1)];
 }
 
-std::vector<std::int64_t> latencies(std::size_t count, unsigned seed) {
+std::vector<int64_t> latencies(std::size_t count, unsigned seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> exponent(2, 10);  // 100 ns to 10 s
-  std::vector<std::int64_t> values(count);
-  for (std::int64_t& value : values) value = std::llround(std::pow(10, exponent(random)));
+  std::vector<int64_t> values(count);
+  for (int64_t& value : values) value = std::llround(std::pow(10, exponent(random)));
   return values;
 }
 
@@ -32,29 +32,29 @@ TEST_CASE("Histogram percentiles are at most 1/512 above the exact ones and neve
   const auto count =
       GENERATE(std::size_t{1}, std::size_t{10}, std::size_t{999}, std::size_t{1000}, std::size_t{100'000});
   CAPTURE(seed, count);
-  std::vector<std::int64_t> values = latencies(count, seed);
+  std::vector<int64_t> values = latencies(count, seed);
   const auto histogram = std::make_unique<Histogram>();
-  for (const std::int64_t value : values) histogram->record(value);
+  for (const int64_t value : values) histogram->record(value);
   std::sort(values.begin(), values.end());
-  for (const std::int64_t per_mille : {0, 1, 10, 250, 500, 900, 990, 998, 999, 1000}) {
+  for (const int64_t per_mille : {0, 1, 10, 250, 500, 900, 990, 998, 999, 1000}) {
     CAPTURE(per_mille);
-    const std::int64_t exact = exact_percentile(values, per_mille);
-    const std::int64_t reported = histogram->percentile_ns(static_cast<double>(per_mille) / 10);
+    const int64_t exact = exact_percentile(values, per_mille);
+    const int64_t reported = histogram->percentile_ns(static_cast<double>(per_mille) / 10);
     CHECK(reported >= exact);
     CHECK(reported <= exact + exact / 512);
   }
-  CHECK(histogram->count() == static_cast<std::int64_t>(count));
+  CHECK(histogram->count() == static_cast<int64_t>(count));
   CHECK(histogram->min_ns() == values.front());
   CHECK(histogram->max_ns() == values.back());
   CHECK(histogram->percentile_ns(100) == values.back());
   double sum = 0;
-  for (const std::int64_t value : values) sum += static_cast<double>(value);
+  for (const int64_t value : values) sum += static_cast<double>(value);
   CHECK(histogram->mean_ns() == Approx(sum / static_cast<double>(count)).epsilon(1e-12));
 }
 
 TEST_CASE("Histogram buckets tile the durations from 0 to the highest", "[unit]") {
   const auto histogram = std::make_unique<Histogram>();
-  std::int64_t next = 0;
+  int64_t next = 0;
   for (int i = 0; i < Histogram::kBuckets; ++i) {
     const Histogram::Bucket bucket = histogram->bucket(i);
     REQUIRE(bucket.low_ns == next);
@@ -91,8 +91,8 @@ TEST_CASE("Histogram without values reports zeros", "[unit]") {
 TEST_CASE("Merged histograms are the histogram of all values", "[unit]") {
   const auto all = std::make_unique<Histogram>(), one = std::make_unique<Histogram>(),
              other = std::make_unique<Histogram>();
-  for (const std::int64_t value : latencies(1000, 1)) all->record(value), one->record(value);
-  for (const std::int64_t value : latencies(500, 2)) all->record(value), other->record(value);
+  for (const int64_t value : latencies(1000, 1)) all->record(value), one->record(value);
+  for (const int64_t value : latencies(500, 2)) all->record(value), other->record(value);
   one->merge(*other);
   CHECK(one->count() == 1500);
   CHECK(one->min_ns() == all->min_ns());
@@ -125,22 +125,22 @@ TEST_CASE("A stall counts for every wake-up that it swallowed", "[unit]") {
 }
 
 TEST_CASE("A loop that follows the recipe counts every deadline exactly once", "[unit]") {
-  const std::uint64_t seed = 11;
+  const uint64_t seed = 11;
   CAPTURE(seed);
   std::mt19937_64 random(seed);
-  const auto up_to = [&](std::int64_t limit) { return static_cast<std::int64_t>(random()) & (limit - 1); };
+  const auto up_to = [&](int64_t limit) { return static_cast<int64_t>(random()) & (limit - 1); };
   const auto histogram = std::make_unique<Histogram>();
   PeriodicClock clock(1000, 0);  // so long ago that wait() never sleeps
   const DeadlineGrid grid(1000, 0);
-  std::int64_t time_ns = 0, missed = 0, cycles = 0;
+  int64_t time_ns = 0, missed = 0, cycles = 0;
   for (; cycles < 10'000; ++cycles) {
-    const std::int64_t intended_ns = clock.wait();
+    const int64_t intended_ns = clock.wait();
     time_ns = std::max(time_ns, intended_ns) + up_to(1 << 14);
     if (random() % 100 == 0) time_ns += up_to(1 << 24);  // woken late, by up to 17 periods
     histogram->record(time_ns - intended_ns);
     time_ns += up_to(1 << 19);
     if (random() % 100 == 0) time_ns += up_to(1 << 24);  // a cycle that takes long
-    if (const std::int64_t late_ns = time_ns - clock.next_deadline_ns(); late_ns > 0)
+    if (const int64_t late_ns = time_ns - clock.next_deadline_ns(); late_ns > 0)
       histogram->record_with_missed(late_ns, clock.period_ns());
     missed += clock.realign(time_ns);
   }

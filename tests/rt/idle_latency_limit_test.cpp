@@ -16,9 +16,9 @@ namespace tendril::rt::idle_latency_limit_test {
 constexpr const char* kDevice = "/dev/cpu_dma_latency";
 
 /// The limit that holds now, of all that were asked for, us; nothing where we may not ask.
-std::optional<std::int32_t> limit_in_force() {
+std::optional<int32_t> limit_in_force() {
   const int device = open(kDevice, O_RDONLY | O_CLOEXEC);
-  std::int32_t limit_us = 0;
+  int32_t limit_us = 0;
   const bool known = device >= 0 && read(device, &limit_us, sizeof limit_us) == sizeof limit_us;
   if (device >= 0) close(device);
   return known ? std::optional(limit_us) : std::nullopt;
@@ -30,7 +30,7 @@ TEST_CASE("The kernel holds an IdleLatencyLimit as long as the object lives", "[
     WARN("skipped: " << kDevice << " cannot be read and written here");
     return;
   }
-  const std::int32_t limit_us = 7;
+  const int32_t limit_us = 7;
   {
     const IdleLatencyLimit limit(limit_us);
     CHECK(limit_in_force() == std::min(*before, limit_us));

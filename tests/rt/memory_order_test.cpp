@@ -44,24 +44,24 @@ template <std::memory_order kStoreTail, std::memory_order kLoadTail, std::memory
 class RingTwin {
  public:
   bool push(const TornValue& value) {
-    const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
+    const uint64_t tail = tail_.load(std::memory_order_relaxed);
     if (tail - head_.load(kLoadHead) == slots_.size()) return false;
     slots_[tail % slots_.size()] = value;
     tail_.store(tail + 1, kStoreTail);
     return true;
   }
   bool pop(TornValue& value) {
-    const std::uint64_t head = head_.load(std::memory_order_relaxed);
+    const uint64_t head = head_.load(std::memory_order_relaxed);
     if (head == tail_.load(kLoadTail)) return false;
     value = slots_[head % slots_.size()];
     head_.store(head + 1, kStoreHead);
     return true;
   }
-  std::uint64_t dropped() const { return 0; }
+  uint64_t dropped() const { return 0; }
 
  private:
   std::array<TornValue, 4> slots_;
-  std::atomic<std::uint64_t> head_{0}, tail_{0};
+  std::atomic<uint64_t> head_{0}, tail_{0};
 };
 
 template <class Fuzz>
@@ -75,7 +75,7 @@ bool races(Fuzz fuzz) {
 // Every count of a verdict is looked at: the compiler leaves out reads whose results nobody uses, and what is
 // not read does not race.
 template <std::memory_order kPublish, std::memory_order kTake>
-bool triple_buffer_races(std::uint64_t seed = 1) {
+bool triple_buffer_races(uint64_t seed = 1) {
   return races([seed] {
     const LatestVerdict verdict = fuzz_latest<TripleBufferTwin<kPublish, kTake>>(20'000, seed);
     return verdict.newer > 0 && verdict.torn + verdict.changed + verdict.older == 0 && !verdict.last_missed;
@@ -84,7 +84,7 @@ bool triple_buffer_races(std::uint64_t seed = 1) {
 
 template <std::memory_order kStoreTail, std::memory_order kLoadTail, std::memory_order kStoreHead,
           std::memory_order kLoadHead>
-bool ring_races(std::uint64_t seed = 1) {
+bool ring_races(uint64_t seed = 1) {
   return races([seed] {
     const auto verdict = fuzz_every<RingTwin<kStoreTail, kLoadTail, kStoreHead, kLoadHead>>(20'000, seed);
     return verdict.received > 0 && verdict.torn + verdict.out_of_order == 0;

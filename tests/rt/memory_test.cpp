@@ -55,7 +55,7 @@ void check_zero_with_locked_memory(Function function) {
     CHECK(answer == "0");
 }
 
-std::int64_t faults_of_first_use(void* pages) {
+int64_t faults_of_first_use(void* pages) {
   if (pages == nullptr || pages == MAP_FAILED) throw RtError("cannot lock memory as large as the test needs");
   const PageFaultCounter counter;
   std::memset(pages, 1, kBytes);
@@ -77,10 +77,10 @@ TEST_CASE("After lock_memory, freed memory stays with the process and comes back
     faults_of_first_use(block);
     const char* const end_of_heap = static_cast<char*>(sbrk(0));
     std::free(block);
-    const std::int64_t given_back = end_of_heap - static_cast<char*>(sbrk(0));
+    const int64_t given_back = end_of_heap - static_cast<char*>(sbrk(0));
     const PageFaultCounter counter;
     block = std::malloc(kBytes);
-    const std::int64_t faults = counter.faults().minor + faults_of_first_use(block);
+    const int64_t faults = counter.faults().minor + faults_of_first_use(block);
     std::free(block);
     return given_back + faults;
   });

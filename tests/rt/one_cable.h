@@ -8,7 +8,7 @@ namespace tendril::rt::testing {
 
 /// A body of one cable and one effector coordinate: p_e = kCoupling λ, δ_a = kCompliance λ + kFree.
 inline constexpr double kCoupling = 0.010, kCompliance = 0.004, kFree = -0.001;  // m/N, m/N, m
-inline constexpr std::int64_t kMillisecond = 1'000'000;
+inline constexpr int64_t kMillisecond = 1'000'000;
 inline constexpr double kPeriod_s = 1e-3;
 
 inline ControllerConfig one_cable() {
@@ -28,7 +28,7 @@ inline ControllerConfig one_cable() {
   return config;
 }
 
-inline void fill_snapshot(Snapshot& snapshot, std::int64_t now_ns) {
+inline void fill_snapshot(Snapshot& snapshot, int64_t now_ns) {
   snapshot.sequence += 1;
   snapshot.stamp_ns = now_ns;
   snapshot.W_ea.setConstant(1, 1, kCoupling);
@@ -41,7 +41,7 @@ inline void fill_snapshot(Snapshot& snapshot, std::int64_t now_ns) {
   (void)snapshot.problem.prepare(H, snapshot.W_aa);
 }
 
-inline Target still(double position, std::int64_t now_ns) {
+inline Target still(double position, int64_t now_ns) {
   Target target;
   target.position.setConstant(1, position);
   target.velocity.setZero(1);

@@ -34,13 +34,13 @@ TEST_CASE("PageFaultCounter counts the first touch of a page and no other", "[rt
   touch(pages);
   const PageFaults of_second = second.faults();
   unmap(pages);
-  CHECK(of_first.minor >= static_cast<std::int64_t>(kPages));
-  CHECK(of_second.minor < static_cast<std::int64_t>(kPages));
+  CHECK(of_first.minor >= static_cast<int64_t>(kPages));
+  CHECK(of_second.minor < static_cast<int64_t>(kPages));
 }
 
 TEST_CASE("PageFaultCounter leaves out the faults of other threads", "[rt]") {
   volatile char* const pages = fresh_pages();
-  std::int64_t others = 0;
+  int64_t others = 0;
   std::thread other([&] {
     const PageFaultCounter faults;
     touch(pages);
@@ -48,10 +48,10 @@ TEST_CASE("PageFaultCounter leaves out the faults of other threads", "[rt]") {
   });
   const PageFaultCounter faults;
   other.join();
-  const std::int64_t ours = faults.faults().minor;
+  const int64_t ours = faults.faults().minor;
   unmap(pages);
-  CHECK(others >= static_cast<std::int64_t>(kPages));
-  CHECK(ours < static_cast<std::int64_t>(kPages));
+  CHECK(others >= static_cast<int64_t>(kPages));
+  CHECK(ours < static_cast<int64_t>(kPages));
 }
 
 #endif

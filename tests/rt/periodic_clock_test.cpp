@@ -12,10 +12,10 @@ volatile sig_atomic_t alarms = 0;
 }
 
 TEST_CASE("PeriodicClock wakes at consecutive deadlines of its grid and never before them", "[rt]") {
-  const std::int64_t start_ns = now_ns();
+  const int64_t start_ns = now_ns();
   const DeadlineGrid grid(10'000, start_ns);
   PeriodicClock clock(10'000, start_ns);
-  for (std::int64_t k = 1; k <= 200; ++k) {
+  for (int64_t k = 1; k <= 200; ++k) {
     REQUIRE(clock.next_deadline_ns() == grid.deadline_ns(k));
     REQUIRE(clock.wait() == grid.deadline_ns(k));
     REQUIRE(now_ns() >= grid.deadline_ns(k));
@@ -30,8 +30,8 @@ TEST_CASE("PeriodicClock sleeps on when a signal interrupts it", "[rt]") {
   const itimerval every_millisecond{{0, 1000}, {0, 1000}}, off{};
   REQUIRE(setitimer(ITIMER_REAL, &every_millisecond, nullptr) == 0);
   PeriodicClock clock(20);
-  const std::int64_t deadline_ns = clock.wait();
-  const std::int64_t woken_ns = now_ns();
+  const int64_t deadline_ns = clock.wait();
+  const int64_t woken_ns = now_ns();
   setitimer(ITIMER_REAL, &off, nullptr);
   sigaction(SIGALRM, &before, nullptr);
   CHECK(alarms > 0);

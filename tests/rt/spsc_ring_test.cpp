@@ -15,25 +15,25 @@ constexpr std::size_t kCapacity = 4;  // small, so that full and empty are every
 class AnnouncesBeforeWriting {
  public:
   bool push(const TornValue& value) noexcept {
-    const std::uint64_t tail = tail_.load();
+    const uint64_t tail = tail_.load();
     if (tail - head_.load() == kCapacity) return ++dropped_, false;
     tail_.store(tail + 1);
     slots_[tail % kCapacity] = value;
     return true;
   }
   bool pop(TornValue& value) noexcept {
-    const std::uint64_t head = head_.load();
+    const uint64_t head = head_.load();
     if (head == tail_.load()) return false;
     value = slots_[head % kCapacity];
     head_.store(head + 1);
     return true;
   }
-  std::uint64_t dropped() const { return dropped_; }
+  uint64_t dropped() const { return dropped_; }
 
  private:
   std::array<TornValue, kCapacity> slots_;
-  std::atomic<std::uint64_t> head_{0}, tail_{0};
-  std::uint64_t dropped_ = 0;
+  std::atomic<uint64_t> head_{0}, tail_{0};
+  uint64_t dropped_ = 0;
 };
 
 // Broken on purpose: never looks whether it is full.
@@ -49,18 +49,18 @@ class Overwrites {
     value = slots_[head_++ % kCapacity];
     return true;
   }
-  std::uint64_t dropped() const { return 0; }
+  uint64_t dropped() const { return 0; }
 
  private:
   std::array<TornValue, kCapacity> slots_;
-  std::atomic<std::uint64_t> tail_{0};
-  std::uint64_t head_ = 0;
+  std::atomic<uint64_t> tail_{0};
+  uint64_t head_ = 0;
 };
 
 TEST_CASE("SpscRing delivers every value once, whole and in order, or counts it as dropped", "[rt]") {
   const auto seed = GENERATE(1u, 2u, 3u, 4u);
   CAPTURE(seed);
-  const std::uint64_t count = 50'000;
+  const uint64_t count = 50'000;
   const EveryVerdict verdict = fuzz_every<SpscRing<TornValue, kCapacity>>(count, seed);
   CHECK(verdict.torn == 0);
   CHECK(verdict.out_of_order == 0);
@@ -88,7 +88,7 @@ TEST_CASE("SpscRing behaves as a queue of its capacity", "[unit]") {
   std::mt19937 random(seed);
   SpscRing<int, 8> ring;
   std::deque<int> model;
-  std::uint64_t dropped = 0;
+  uint64_t dropped = 0;
   for (int step = 0; step < 1000; ++step) {
     CAPTURE(step);
     // Runs of pushes and of pops, so that the ring is often full and often empty.

@@ -127,7 +127,7 @@ TEST_CASE("Without the right to SCHED_FIFO, RealtimeThread says what to grant", 
 
 #ifndef TENDRIL_SANITIZED  // shadow memory faults too
 TEST_CASE("The stack of a RealtimeThread has no page fault left in it", "[rt]") {
-  std::int64_t faults = -1;
+  int64_t faults = -1;
   RealtimeThread(named("control"), RtRights::kIgnore, [&] {
     const PageFaultCounter counter;
     prefault_stack(900 << 10);  // of 1 MiB

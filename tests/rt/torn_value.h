@@ -11,9 +11,9 @@ namespace tendril::rt {
 /// writes even where they share one core. Each thread has its own sequence, fixed by its seed.
 class Interruptions {
  public:
-  static void seed(std::uint64_t seed) { state() = seed * 2654435761u + 1; }
+  static void seed(uint64_t seed) { state() = seed * 2654435761u + 1; }
   static void maybe() {
-    std::uint64_t& x = state();
+    uint64_t& x = state();
     x ^= x << 13;
     x ^= x >> 7;
     x ^= x << 17;
@@ -21,8 +21,8 @@ class Interruptions {
   }
 
  private:
-  static std::uint64_t& state() {
-    thread_local std::uint64_t value = 1;
+  static uint64_t& state() {
+    thread_local uint64_t value = 1;
     return value;
   }
 };
@@ -33,17 +33,17 @@ class Interruptions {
 /// behind.
 class TornValue {
  public:
-  void write(std::uint64_t number) noexcept {
+  void write(uint64_t number) noexcept {
     for (std::size_t i = 0; i < length(number); ++i) {
       Interruptions::maybe();
       words_[i] = word(number, i);
     }
   }
 
-  std::uint64_t number() const noexcept { return words_[0]; }
+  uint64_t number() const noexcept { return words_[0]; }
 
   bool torn() const noexcept {
-    const std::uint64_t expected = number();
+    const uint64_t expected = number();
     bool torn = false;
     for (std::size_t i = 0; i < length(expected); ++i) {
       Interruptions::maybe();
@@ -65,13 +65,9 @@ class TornValue {
  private:
   static constexpr std::size_t kLongest = 48;
   /// 1 to kLongest, as good as drawn for each number (Fibonacci hashing).
-  static std::size_t length(std::uint64_t number) {
-    return 1 + ((number * 0x9E3779B97F4A7C15u) >> 32) % kLongest;
-  }
-  static std::uint64_t word(std::uint64_t number, std::size_t i) {
-    return number + i * 0x9E3779B97F4A7C15u * number;
-  }
-  std::array<std::uint64_t, kLongest> words_;
+  static std::size_t length(uint64_t number) { return 1 + ((number * 0x9E3779B97F4A7C15u) >> 32) % kLongest; }
+  static uint64_t word(uint64_t number, std::size_t i) { return number + i * 0x9E3779B97F4A7C15u * number; }
+  std::array<uint64_t, kLongest> words_;
 };
 
 }  // namespace tendril::rt

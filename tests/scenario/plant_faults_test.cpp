@@ -42,7 +42,7 @@ struct Running {
 };
 
 TEST_CASE("A drive that fails with a code of its own stops the robot, which tells that code", "[scenario]") {
-  const auto [protocol, line, code] = GENERATE(table<std::string, std::string, std::uint32_t>(
+  const auto [protocol, line, code] = GENERATE(table<std::string, std::string, uint32_t>(
       {{"canopen", "fault left emcy 0x2310", 0x2310}, {"odrive", "fault left error 0x40", 0x40}}));
   CAPTURE(protocol);
   Running run(protocol);
@@ -126,18 +126,17 @@ TEST_CASE("Cut cables pull no more, whatever their drives do, and for good", "[s
 TEST_CASE("A camera with noise errs by as much as it was told, and about nothing on the mean", "[scenario]") {
   Running run;
   run.inject("noise 0.2 mm");
-  const std::int64_t since_ns = run.rig.now_ns() + 50'000'000;  // what is on its way is still without
+  const int64_t since_ns = run.rig.now_ns() + 50'000'000;  // what is on its way is still without
   run.rig.run_for(4);
-  std::int64_t seen_ns = 0;
+  int64_t seen_ns = 0;
   double sum = 0, squares = 0;
   int count = 0;
   for (const rt::TraceRecord& record : run.rig.trace()) {
     if (record.intended_ns < since_ns || record.sensors.stamp_ns[0] == seen_ns) continue;
     seen_ns = record.sensors.stamp_ns[0];
     const auto& tips = run.rig.measurements();
-    const auto tip =
-        std::lower_bound(tips.begin(), tips.end(), seen_ns - 2'000'000,
-                         [](const PlantMeasurement& t, std::int64_t ns) { return t.stamp_ns < ns; });
+    const auto tip = std::lower_bound(tips.begin(), tips.end(), seen_ns - 2'000'000,
+                                      [](const PlantMeasurement& t, int64_t ns) { return t.stamp_ns < ns; });
     REQUIRE(tip != tips.end());
     for (int c = 0; c < 3; ++c) {
       const double error = 1e3 * (record.sensors.value[c] - tip->tip[c]);
@@ -157,7 +156,7 @@ TEST_CASE("A robot file plans faults, counted from when the robot is ready", "[s
   fault.after = 2.5;
   config.plant->faults = {fault};
   VirtualRig rig(config, {});
-  const std::int64_t start_ns = rig.now_ns();
+  const int64_t start_ns = rig.now_ns();
   REQUIRE(rig.run_until(Phase::kStopping, 4));
   const double stopped_s = 1e-9 * static_cast<double>(rig.now_ns() - start_ns);
   CHECK(stopped_s > 2.5);

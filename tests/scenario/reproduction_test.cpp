@@ -55,7 +55,7 @@ TEST_CASE("The command of the one loop stands still between its steps", "[figure
 TEST_CASE("In the one loop the model moves under the efforts that follow from its last snapshot",
           "[scenario]") {
   app::VirtualRig rig(app::testing::finger(), {.model_rate_hz = 15, .synchronous = true});
-  std::map<std::uint64_t, rt::ActuatorVector> moved_under;  // by the number of the snapshot after the move
+  std::map<uint64_t, rt::ActuatorVector> moved_under;  // by the number of the snapshot after the move
   rig.observe_snapshots([&](const rt::Snapshot& s) { moved_under[s.sequence] = s.lambda; });
   rig.run_for(1.5);
   int compared = 0;
@@ -72,17 +72,17 @@ TEST_CASE("In the one loop the model moves under the efforts that follow from it
 
 TEST_CASE("Periods of the model that jitter stay within their share, and are the same at every run",
           "[scenario]") {
-  const auto stamps = [](std::uint32_t seed) {
+  const auto stamps = [](uint32_t seed) {
     app::VirtualRig rig(app::testing::finger(),
                         {.model_rate_hz = 50, .model_jitter = 0.5, .jitter_seed = seed});
-    std::vector<std::int64_t> found;
+    std::vector<int64_t> found;
     rig.observe_snapshots([&](const rt::Snapshot& s) { found.push_back(s.stamp_ns); });
     rig.run_for(2);
     return found;
   };
-  const std::vector<std::int64_t> found = stamps(1);
+  const std::vector<int64_t> found = stamps(1);
   REQUIRE(found.size() > 50);
-  std::int64_t shortest = found.back(), longest = 0;
+  int64_t shortest = found.back(), longest = 0;
   for (std::size_t k = 1; k < found.size(); ++k) {
     shortest = std::min(shortest, found[k] - found[k - 1]);
     longest = std::max(longest, found[k] - found[k - 1]);

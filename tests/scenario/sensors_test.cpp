@@ -14,10 +14,10 @@ using rt::Fault;
 using rt::Phase;
 
 // The body is 10 % stiffer than the model, and its efforts as much larger.
-constexpr double kModelShare = 0.12;            // of the largest effort, mean
-constexpr std::int64_t kOnItsWay_ns = 290'000;  // a frame; less by the rounding of the age than it takes
-constexpr double kNoticedWithin_s = 0.03;       // beside the sensor's timeout
-constexpr double kStoppedWithin_s = 1.0;        // from a fault to disabled drives
+constexpr double kModelShare = 0.12;       // of the largest effort, mean
+constexpr int64_t kOnItsWay_ns = 290'000;  // a frame; less by the rounding of the age than it takes
+constexpr double kNoticedWithin_s = 0.03;  // beside the sensor's timeout
+constexpr double kStoppedWithin_s = 1.0;   // from a fault to disabled drives
 
 struct Running {
   explicit Running(const Config& robot) : config(robot), rig(config, {}) {
@@ -46,10 +46,10 @@ struct Distance {
 };
 Distance distance(const VirtualRig& rig, int sensor, int signal, int actuator) {
   Distance d;
-  std::int64_t known_ns = 0;
+  int64_t known_ns = 0;
   auto body = rig.measurements().begin();
   for (const rt::TraceRecord& record : rig.trace()) {
-    const std::int64_t stamp_ns = record.sensors.stamp_ns[sensor];
+    const int64_t stamp_ns = record.sensors.stamp_ns[sensor];
     if (record.phase != Phase::kRunning || stamp_ns == known_ns) continue;
     known_ns = stamp_ns;
     while (body + 1 != rig.measurements().end() && (body + 1)->stamp_ns <= stamp_ns - kOnItsWay_ns) ++body;
@@ -113,7 +113,7 @@ TEST_CASE("A sensor that may be lost is missed and found again, and the robot go
 TEST_CASE("A sensor that may not be lost stops the robot within its timeout", "[scenario]") {
   Running run(careful_finger());
   run.inject("sensor load_cells off");
-  const std::int64_t since_ns = run.rig.now_ns();
+  const int64_t since_ns = run.rig.now_ns();
   REQUIRE(run.rig.run_until(Phase::kStopping, 1));
   const double noticed_s = 1e-9 * static_cast<double>(run.rig.now_ns() - since_ns);
   const double timeout_s = 1e-9 * static_cast<double>(run.config.sensors[1].frame.timeout_ns);
@@ -140,7 +140,7 @@ TEST_CASE("Load cells with noise err by as much as they were told, the camera no
   run.inject("noise 20 mN");
   const std::size_t first = run.rig.trace().size() + 60;
   run.rig.run_for(3);
-  std::int64_t known_ns = 0;
+  int64_t known_ns = 0;
   double squares = 0;
   int samples = 0;
   for (std::size_t k = first; k < run.rig.trace().size(); ++k) {

@@ -12,10 +12,10 @@ namespace tendril::app::servo_test {
 
 using rt::Phase;
 
-constexpr double kAtRest_m = 1e-7;          // a cable's way in a tenth of a second
-constexpr double kLoadError = 1e-3;         // of the force limit
-constexpr double kLagging_m = 2e-4;         // a drive that can hardly follow
-constexpr std::uint32_t kStrayed = 0x8611;  // EMCY: following error
+constexpr double kAtRest_m = 1e-7;     // a cable's way in a tenth of a second
+constexpr double kLoadError = 1e-3;    // of the force limit
+constexpr double kLagging_m = 2e-4;    // a drive that can hardly follow
+constexpr uint32_t kStrayed = 0x8611;  // EMCY: following error
 constexpr double kStoppedWithin_s = 2.0;
 
 /// The finger goes 5 mm aside, where its right cable pulls with 0.55 N, and stays there.

@@ -113,7 +113,7 @@ double steps_missed(const std::string& plant_log) {
 class Watcher {
  public:
   /// @param camera  the identifier of its frames
-  Watcher(const std::string& interface, std::uint32_t camera)
+  Watcher(const std::string& interface, uint32_t camera)
       : bus_(tendril::hal::open_bus(interface, tendril::hal::BusRole::kJoin, std::array{camera})) {}
 
   /// Whether it has seen the tip close to the one end of the path, after that close to the other, and for
@@ -146,7 +146,7 @@ class Watcher {
 /// Lets plant and daemon run over a CAN interface and checks what they leave.
 /// @param yaml    the finger, without a heartbeat timeout
 /// @param camera  the identifier of its frames
-void check_run(const std::string& yaml, std::uint32_t camera) {
+void check_run(const std::string& yaml, uint32_t camera) {
   const tendril::hal::testing::Vcan vcan;
   const tendril::testing::OwnFolder folder;
   const std::string robot = folder / "finger.yaml", report = folder / "report";

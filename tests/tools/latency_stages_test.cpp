@@ -6,10 +6,10 @@
 
 namespace tendril::tools::latency_stages_test {
 
-constexpr std::int64_t kPeriod_ns = 1'000'000;
+constexpr int64_t kPeriod_ns = 1'000'000;
 
-rt::TraceRecord cycle(std::int64_t wakeup_ns, std::int64_t read_ns, std::int64_t solve_ns,
-                      std::int64_t work_ns, std::int64_t missed = 0) {
+rt::TraceRecord cycle(int64_t wakeup_ns, int64_t read_ns, int64_t solve_ns, int64_t work_ns,
+                      int64_t missed = 0) {
   rt::TraceRecord record;
   record.wakeup_ns = wakeup_ns;
   record.read_ns = read_ns;
@@ -36,7 +36,7 @@ TEST_CASE("A cycle that stalls for k periods counts k times, in the wake-up and 
   CAPTURE(stalls_in_work);
   LatencyStages stages(kPeriod_ns);
   for (int k = 0; k < 90; ++k) stages.add(cycle(1'000, 1'000, 1'000, 5'000));
-  const std::int64_t stall_ns = 10 * kPeriod_ns + 500'000;
+  const int64_t stall_ns = 10 * kPeriod_ns + 500'000;
   stages.add(stalls_in_work ? cycle(0, 0, 0, stall_ns, 10) : cycle(stall_ns, 0, 0, 0, 10));
 
   CHECK(stages.cycles() == 101);
@@ -46,7 +46,7 @@ TEST_CASE("A cycle that stalls for k periods counts k times, in the wake-up and 
     const rt::Histogram& stage = stages.stage(name);
     CAPTURE(name);
     CHECK(stage.count() == stages.cycles());
-    std::int64_t long_ones = 0;
+    int64_t long_ones = 0;
     for (int i = 0; i < rt::Histogram::kBuckets; ++i)
       if (stage.bucket(i).low_ns > 400'000) long_ones += stage.bucket(i).count;
     CHECK(long_ones ==
@@ -66,9 +66,9 @@ TEST_CASE("The bare timer has a wake-up and nothing to read, solve or write", "[
 TEST_CASE("Plot and JSON of the stages hold every cycle", "[unit]") {
   LatencyStages stages(kPeriod_ns);
   for (int k = 0; k < 1000; ++k) stages.add(cycle(1'000 * (k + 1) + 500, 1'000, 1'000, 5'000));
-  std::int64_t in_json = 0;
+  int64_t in_json = 0;
   const auto json = stages.json();
-  for (const auto& bucket : json["wakeup"]["buckets"]) in_json += bucket[2].get<std::int64_t>();
+  for (const auto& bucket : json["wakeup"]["buckets"]) in_json += bucket[2].get<int64_t>();
   CHECK(in_json == 1000);
   CHECK(json["wakeup"]["max_us"] == 1000.5);
 

@@ -116,8 +116,8 @@ TEST_CASE("As many frames are lost as were asked for, both ways, and the same on
     hal::VirtualEndpoint& other = bus.attach("other");
     PlantLine line;
     line.set_loss(loss);
-    std::vector<std::uint32_t> ids;
-    for (std::uint32_t id = 0; id < 1000; ++id) {
+    std::vector<uint32_t> ids;
+    for (uint32_t id = 0; id < 1000; ++id) {
       line.send(robot, std::vector<hal::Frame>{{.id = id}}, id);
       hal::Frame frame;
       if (other.receive(frame) && line.hears()) ids.push_back(frame.id);

@@ -68,7 +68,7 @@ bool BusListener::until(const std::function<bool(const Heard&)>& condition) {
   return true;
 }
 
-bool BusListener::until_more(std::uint32_t identifier, int count) {
+bool BusListener::until_more(uint32_t identifier, int count) {
   const auto number = [identifier](const Heard& heard) {
     const auto found = heard.frames.find(identifier);
     return found == heard.frames.end() ? 0 : found->second;
@@ -89,7 +89,7 @@ void BusListener::tell_what_was_heard() const {
   UNSCOPED_INFO(text.str());
 }
 
-std::optional<std::uint32_t> BusListener::read(int node, hal::ObjectAddress object) {
+std::optional<uint32_t> BusListener::read(int node, hal::ObjectAddress object) {
   {
     const std::lock_guard lock(mutex_);
     heard_.answer.erase(node);

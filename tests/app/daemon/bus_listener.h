@@ -19,11 +19,11 @@ namespace tendril::app {
 
 /// What the bus has carried since the listener joined.
 struct Heard {
-  std::map<int, hal::DriveFeedback> feedback;             // the last of each node
-  std::map<int, hal::DriveCommand> command;               // the last to each node
-  std::map<int, std::vector<std::uint16_t>> emergencies;  // error codes of each node in order
-  std::map<int, std::uint32_t> answer;                    // the last value each node answered over SDO
-  std::map<std::uint32_t, int> frames;                    // how many there were of each identifier
+  std::map<int, hal::DriveFeedback> feedback;        // the last of each node
+  std::map<int, hal::DriveCommand> command;          // the last to each node
+  std::map<int, std::vector<uint16_t>> emergencies;  // error codes of each node in order
+  std::map<int, uint32_t> answer;                    // the last value each node answered over SDO
+  std::map<uint32_t, int> frames;                    // how many there were of each identifier
 };
 
 /// A third node on a local bus, beside controller and drives: hears everything on a thread of its own, and
@@ -43,11 +43,11 @@ class BusListener {
 
   /// Waits until so many more frames of an identifier have come: time, as its sender counts it.
   /// @return  false where patience ended before
-  bool until_more(std::uint32_t identifier, int count);
+  bool until_more(uint32_t identifier, int count);
 
   /// Reads an entry of a drive's object dictionary.
   /// @return  nothing where the drive does not answer
-  std::optional<std::uint32_t> read(int node, hal::ObjectAddress object);
+  std::optional<uint32_t> read(int node, hal::ObjectAddress object);
 
  private:
   void listen();

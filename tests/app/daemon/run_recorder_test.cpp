@@ -7,8 +7,8 @@
 
 namespace tendril::app::run_recorder_test {
 
-constexpr std::int64_t kStart_ns = 5'000'000'000;
-constexpr std::int64_t kMillisecond_ns = 1'000'000;
+constexpr int64_t kStart_ns = 5'000'000'000;
+constexpr int64_t kMillisecond_ns = 1'000'000;
 constexpr double kSpeed = 0.01;  // m/s along x
 
 /// A robot whose tip is controlled in x and z, on the way from the origin in x.

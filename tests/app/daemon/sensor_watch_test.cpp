@@ -31,7 +31,7 @@ struct Run {
 
   Config config = two_sensors();
   SensorWatch watch{config};
-  std::int64_t at_ns = 5'000'000'000;
+  int64_t at_ns = 5'000'000'000;
   double stale_s = 0;  // as told last
 };
 

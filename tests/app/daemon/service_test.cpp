@@ -17,7 +17,7 @@
 
 namespace tendril::app::service_test {
 
-constexpr std::int64_t kMillisecond = 1'000'000;
+constexpr int64_t kMillisecond = 1'000'000;
 constexpr const char* kWatchdog = "WATCHDOG=1";
 
 /// The daemon as systemd starts it, with a watchdog that wants to be fed each 100 ms.
@@ -110,16 +110,16 @@ TEST_CASE("ServiceManager feeds the watchdog twice in its time, and only while c
   NotifySocket socket;
   const Environment environment({{"NOTIFY_SOCKET", socket.address()}, {"WATCHDOG_USEC", "100000"}});
   ServiceManager service;
-  std::vector<std::int64_t> fed_ms;
-  for (std::int64_t ms = 0; ms < 500; ++ms) {
-    const std::int64_t cycles = std::min<std::int64_t>(ms, 220) + std::max<std::int64_t>(0, ms - 430);
+  std::vector<int64_t> fed_ms;
+  for (int64_t ms = 0; ms < 500; ++ms) {
+    const int64_t cycles = std::min<int64_t>(ms, 220) + std::max<int64_t>(0, ms - 430);
     service.feed_watchdog(ms * kMillisecond, cycles);
     if (const auto message = socket.next(0)) {
       CHECK(message->text == kWatchdog);
       fed_ms.push_back(ms);
     }
   }
-  CHECK(fed_ms == std::vector<std::int64_t>{1, 51, 101, 151, 201, 251, 431, 481});
+  CHECK(fed_ms == std::vector<int64_t>{1, 51, 101, 151, 201, 251, 431, 481});
 }
 
 TEST_CASE("ServiceManager feeds no watchdog where there is none, or where it is another process's",

@@ -20,11 +20,11 @@ const std::string kPatientLag = "20 mm";
 constexpr hal::ObjectAddress kPosition{0x6064, 0}, kStatusword{0x6041, 0};
 
 double length_m(BusListener& listener, int node) {
-  return kCount_m * static_cast<std::int32_t>(listener.read(node, kPosition).value_or(0));
+  return kCount_m * static_cast<int32_t>(listener.read(node, kPosition).value_or(0));
 }
 
 hal::DriveState state(BusListener& listener, int node) {
-  return hal::decode_statusword(static_cast<std::uint16_t>(listener.read(node, kStatusword).value_or(0)));
+  return hal::decode_statusword(static_cast<uint16_t>(listener.read(node, kStatusword).value_or(0)));
 }
 
 TEST_CASE("A jog moves its axis as far as asked, no other, and leaves it disabled", "[scenario]") {

@@ -75,8 +75,8 @@ TEST_CASE("A controller that reports bus-off or error-passive stops the robot wi
   const OwnInterface interface;
   Workbench bench({}, interface.name());
   struct Row {
-    std::uint32_t error_class;
-    std::uint8_t state;
+    uint32_t error_class;
+    uint8_t state;
     std::string reason;
   };
   for (const Row& row :
@@ -115,7 +115,7 @@ using Question = std::function<bool(const hal::Frame&)>;
 class Ear {
  public:
   /// @param wanted  identifiers; so few of their frames come that they find room until they are asked for
-  Ear(const std::string& interface, const std::vector<std::uint32_t>& wanted)
+  Ear(const std::string& interface, const std::vector<uint32_t>& wanted)
       : bus_(hal::open_bus(interface, hal::BusRole::kJoin, wanted)) {}
 
   /// Waits until each question has had a frame that answers it with yes.
@@ -143,8 +143,7 @@ class Ear {
 /// Kills the daemon while it runs: every drive must stop by itself, and the next daemon start.
 /// @param told     identifiers of the frames in which drives say so
 /// @param stopped  whether a frame says that a drive has; one question a drive
-void check_death(Workbench& bench, const std::vector<std::uint32_t>& told,
-                 const std::vector<Question>& stopped) {
+void check_death(Workbench& bench, const std::vector<uint32_t>& told, const std::vector<Question>& stopped) {
   Process daemon(bench.daemon());
   require_running(daemon, bench);
   Ear ear(bench.bus(), told);
@@ -168,7 +167,7 @@ TEST_CASE("What befalls CiA 402 drives and their controller stops the robot with
                       {"bus off", "lost"}});
   const auto master_lost = [](int node) {
     return [node](const hal::Frame& frame) {
-      constexpr std::uint16_t kMasterLost = 0x8130;
+      constexpr uint16_t kMasterLost = 0x8130;
       const auto emergency = hal::decode_emergency(frame, node);
       return emergency && emergency->code == kMasterLost;
     };

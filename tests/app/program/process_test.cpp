@@ -13,7 +13,7 @@
 
 namespace tendril::app::process_test {
 
-constexpr std::uint16_t kMasterLost = 0x8130;  // CiA 301: life guard or heartbeat error
+constexpr uint16_t kMasterLost = 0x8130;  // CiA 301: life guard or heartbeat error
 constexpr hal::ObjectAddress kStatusword{0x6041, 0}, kPosition{0x6064, 0}, kWatchedMaster{0x1016, 1};
 constexpr double kCount_m = 2 * std::numbers::pi * 0.005 / 65536;  // of the finger's encoders
 constexpr double kTopSpeed = 0.03, kPeriod = 1 / 200.0;            // m/s and s on the workbench
@@ -21,7 +21,7 @@ constexpr double kPrinted_m = 1e-7;                                // resolution
 // How far the search for the zero goes past the switch while the machine stalls: at the speed below it takes
 // 4 s for this.
 constexpr double kPastSwitch_m = 0.2e-3;
-constexpr std::uint32_t kCamera = 0x1F0, kSync = 0x080;  // come by the plant's clock and the daemon's
+constexpr uint32_t kCamera = 0x1F0, kSync = 0x080;  // come by the plant's clock and the daemon's
 const std::vector<int> kNodes{1, 2};
 const std::string kCables[] = {"right", "left"};
 
@@ -59,12 +59,12 @@ class Turned {
 std::optional<hal::DriveState> state(BusListener& listener, int node) {
   const auto statusword = listener.read(node, kStatusword);
   if (!statusword) return std::nullopt;
-  return hal::decode_statusword(static_cast<std::uint16_t>(*statusword));
+  return hal::decode_statusword(static_cast<uint16_t>(*statusword));
 }
 
 /// The cable that a drive answers to have wound up, m.
 double length_m(BusListener& listener, int node) {
-  return kCount_m * static_cast<std::int32_t>(listener.read(node, kPosition).value_or(0));
+  return kCount_m * static_cast<int32_t>(listener.read(node, kPosition).value_or(0));
 }
 
 /// A trace begins where the drives stand: held to a count while they are enabled, left no faster than the
@@ -282,7 +282,7 @@ TEST_CASE("SIGKILL of the daemon stops the drives by themselves, and a new one c
   CHECK(next.code == 0);
   for (const int node : kNodes) {  // code 0: the former master's fault is cleared, and no other came
     REQUIRE(listener.until([node](const Heard& heard) { return heard.emergencies.at(node).size() > 1; }));
-    CHECK(listener.heard().emergencies.at(node) == std::vector<std::uint16_t>{kMasterLost, 0});
+    CHECK(listener.heard().emergencies.at(node) == std::vector<uint16_t>{kMasterLost, 0});
   }
 }
 

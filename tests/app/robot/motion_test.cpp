@@ -8,10 +8,10 @@ namespace tendril::app::motion_test {
 using rt::EffectorVector;
 
 constexpr double kSpeed = 0.02;  // m/s
-constexpr std::int64_t kStart_ns = 7'000'000'000;
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
-constexpr std::int64_t kStep_ns = 1'234'567;  // of samples, so that none falls on a corner by chance
-constexpr double kRounding = 1e-10;           // m: durations are whole nanoseconds
+constexpr int64_t kStart_ns = 7'000'000'000;
+constexpr int64_t kSecond_ns = 1'000'000'000;
+constexpr int64_t kStep_ns = 1'234'567;  // of samples, so that none falls on a corner by chance
+constexpr double kRounding = 1e-10;      // m: durations are whole nanoseconds
 
 /// A tip in all three coordinates and a second effector in one, before a triangle of 30, 40 and 50 mm.
 Config triangle(bool closed) {
@@ -29,7 +29,7 @@ EffectorVector vector(std::initializer_list<double> values) {
 }
 
 const EffectorVector kRest = vector({0, 0.006, 0.108, -0.05});  // 10 mm from the first waypoint
-constexpr std::int64_t kApproach_ns = kSecond_ns / 2;
+constexpr int64_t kApproach_ns = kSecond_ns / 2;
 
 double distance(const EffectorVector& a, const EffectorVector& b) { return (a - b).norm(); }
 
@@ -59,7 +59,7 @@ TEST_CASE("A path moves at constant speed without a jump, also over corners and 
   const Motion motion(triangle(true), kRest, kRest, kStart_ns);
   const double stride = kSpeed * 1e-9 * static_cast<double>(kStep_ns);
   double longest = 0, slowest = kSpeed, fastest = kSpeed;
-  for (std::int64_t t = kStart_ns; t < kStart_ns + 14 * kSecond_ns; t += kStep_ns) {
+  for (int64_t t = kStart_ns; t < kStart_ns + 14 * kSecond_ns; t += kStep_ns) {
     const rt::Target target = motion.at(t);
     longest = std::max(longest, distance(motion.at(t + kStep_ns).position, target.position));
     slowest = std::min(slowest, target.velocity.norm());
@@ -72,9 +72,9 @@ TEST_CASE("A path moves at constant speed without a jump, also over corners and 
 
 TEST_CASE("A closed path goes round for ever", "[unit]") {
   const Motion motion(triangle(true), kRest, kRest, kStart_ns);
-  constexpr std::int64_t kRound_ns = 6 * kSecond_ns;
+  constexpr int64_t kRound_ns = 6 * kSecond_ns;
   for (const double share : {0.0, 0.1, 0.4, 0.7, 0.99}) {
-    const std::int64_t t = motion.path_start_ns() + std::llround(share * static_cast<double>(kRound_ns));
+    const int64_t t = motion.path_start_ns() + std::llround(share * static_cast<double>(kRound_ns));
     CHECK(distance(motion.at(t).position, motion.at(t + 1000 * kRound_ns).position) < kRounding);
   }
   const EffectorVector home_stretch = vector({0.015, 0.02, 0.1, -0.05});
@@ -84,7 +84,7 @@ TEST_CASE("A closed path goes round for ever", "[unit]") {
 TEST_CASE("An open path ends at its last waypoint and stays", "[unit]") {
   const Motion motion(triangle(false), kRest, kRest, kStart_ns);
   const EffectorVector end = vector({0.03, 0.04, 0.1, -0.05});
-  for (const std::int64_t later_ns : {std::int64_t{0}, kSecond_ns, 1000 * kSecond_ns}) {
+  for (const int64_t later_ns : {int64_t{0}, kSecond_ns, 1000 * kSecond_ns}) {
     const rt::Target target = motion.at(motion.path_start_ns() + 3'500'000'000 + later_ns);
     CHECK(distance(target.position, end) < kRounding);
     CHECK(distance(target.at(target.stamp_ns + kSecond_ns), end) < kRounding);
@@ -95,7 +95,7 @@ TEST_CASE("A path of one waypoint ends there, open or closed", "[unit]") {
   Config config = triangle(GENERATE(true, false));
   config.motion->waypoints.resize(1);
   const Motion motion(config, kRest, kRest, kStart_ns);
-  for (const std::int64_t later_ns : {std::int64_t{0}, kStep_ns, 100 * kSecond_ns}) {
+  for (const int64_t later_ns : {int64_t{0}, kStep_ns, 100 * kSecond_ns}) {
     const rt::Target target = motion.at(motion.path_start_ns() + later_ns);
     CHECK(distance(target.at(target.stamp_ns + kSecond_ns), vector({0, 0, 0.1, -0.05})) < kRounding);
   }
@@ -105,13 +105,13 @@ TEST_CASE("A target runs on to the end of its leg and never past it, however lat
           "[unit]") {
   const bool closed = GENERATE(true, false);
   const Motion motion(triangle(closed), kRest, kRest, kStart_ns);
-  for (std::int64_t t = kStart_ns; t < kStart_ns + 10 * kSecond_ns; t += 97 * kStep_ns) {
+  for (int64_t t = kStart_ns; t < kStart_ns + 10 * kSecond_ns; t += 97 * kStep_ns) {
     const rt::Target target = motion.at(t);
     CAPTURE(closed, t - kStart_ns);
     REQUIRE(target.stamp_ns == t);
     REQUIRE(target.until_ns >= t);
     const EffectorVector leg_end = motion.at(target.until_ns).position;
-    for (const std::int64_t later_ns : {kStep_ns, kSecond_ns / 2, 5 * kSecond_ns}) {
+    for (const int64_t later_ns : {kStep_ns, kSecond_ns / 2, 5 * kSecond_ns}) {
       const EffectorVector served = target.at(t + later_ns);
       if (t + later_ns <= target.until_ns)
         CHECK(distance(served, motion.at(t + later_ns).position) < kRounding);
@@ -130,7 +130,7 @@ TEST_CASE("Coordinates of other effectors go to rest on the approach and stay th
   const Motion motion(triangle(true), rest, start, kStart_ns);
   CHECK(motion.path_start_ns() == kStart_ns + kApproach_ns);  // 10 mm in all
   CHECK(motion.at(kStart_ns + kApproach_ns / 2).position[3] == Approx(-0.046));
-  for (std::int64_t t = motion.path_start_ns(); t < kStart_ns + 8 * kSecond_ns; t += 97 * kStep_ns)
+  for (int64_t t = motion.path_start_ns(); t < kStart_ns + 8 * kSecond_ns; t += 97 * kStep_ns)
     CHECK(motion.at(t).position[3] == rest[3]);
 }
 

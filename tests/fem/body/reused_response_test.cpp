@@ -170,7 +170,7 @@ TEST_CASE("After the first pose no response allocates, factored or not", "[rt]")
   Eigen::VectorXd dx;
   bool good = true;
   int factored = 0;
-  std::int64_t calls = 0;
+  int64_t calls = 0;
   for (int k = 0; k < 6; ++k) {
     b.place(0.02 * k);
     if (k == 4) b.reused.discard_factor();

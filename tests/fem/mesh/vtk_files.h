@@ -112,11 +112,10 @@ inline std::string coordinates(bool big_endian) {
 
 inline std::string raw_vtu() {
   std::string data;
-  for (const std::string& block :
-       {bytes<std::int32_t>({7, 1, 2}, false), coordinates(false),
-        bytes<std::int64_t>({0, 1, 2, 0, 1, 2, 3, 0, 2, 1, 4}, false), bytes<std::int64_t>({3, 7, 11}, false),
-        bytes<std::uint8_t>({5, 10, 10}, false)})
-    data += bytes({static_cast<std::uint64_t>(block.size())}, false) + block;
+  for (const std::string& block : {bytes<int32_t>({7, 1, 2}, false), coordinates(false),
+                                   bytes<int64_t>({0, 1, 2, 0, 1, 2, 3, 0, 2, 1, 4}, false),
+                                   bytes<int64_t>({3, 7, 11}, false), bytes<uint8_t>({5, 10, 10}, false)})
+    data += bytes({static_cast<uint64_t>(block.size())}, false) + block;
   return vtu(
       "byte_order=\"LittleEndian\" header_type=\"UInt64\"",
       [](const VtuArray& a) { return fmt::format("format=\"appended\" offset=\"{}\">", a.appended_raw); },
@@ -194,17 +193,17 @@ INFORMATION 0
 
 inline std::string binary_vtk(bool with_offsets) {
   const std::string cells =
-      with_offsets ? fmt::format("CELLS 4 11\nOFFSETS vtktypeint64\n{}\nCONNECTIVITY vtktypeint64\n{}\n",
-                                 bytes<std::int64_t>({0, 3, 7, 11}, true),
-                                 bytes<std::int64_t>({0, 1, 2, 0, 1, 2, 3, 0, 2, 1, 4}, true))
-                   : fmt::format("CELLS 3 14\n{}\n",
-                                 bytes<std::int32_t>({3, 0, 1, 2, 4, 0, 1, 2, 3, 4, 0, 2, 1, 4}, true));
+      with_offsets
+          ? fmt::format("CELLS 4 11\nOFFSETS vtktypeint64\n{}\nCONNECTIVITY vtktypeint64\n{}\n",
+                        bytes<int64_t>({0, 3, 7, 11}, true),
+                        bytes<int64_t>({0, 1, 2, 0, 1, 2, 3, 0, 2, 1, 4}, true))
+          : fmt::format("CELLS 3 14\n{}\n", bytes<int32_t>({3, 0, 1, 2, 4, 0, 1, 2, 3, 4, 0, 2, 1, 4}, true));
   return fmt::format(
       "# vtk DataFile Version {}\ntwo\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 float\n{}\n{}"
       "CELL_TYPES 3\n{}\nCELL_DATA 3\nFIELD FieldData 1\nmaterial 1 3 short\n{}\n"
       "METADATA\nINFORMATION 0\n\n",
-      with_offsets ? "5.1" : "4.2", coordinates(true), cells, bytes<std::int32_t>({5, 10, 10}, true),
-      bytes<std::int16_t>({7, 1, 2}, true));
+      with_offsets ? "5.1" : "4.2", coordinates(true), cells, bytes<int32_t>({5, 10, 10}, true),
+      bytes<int16_t>({7, 1, 2}, true));
 }
 
 }  // namespace tendril::fem::testing

@@ -37,14 +37,14 @@ std::string wrapped(const std::string& text, size_t width) {
 /// The bytes of an array of the two tetrahedra.
 std::string content(const VtuArray& array) {
   const std::string name = array.name;
-  if (name == "material") return bytes<std::int32_t>({7, 1, 2}, false);
+  if (name == "material") return bytes<int32_t>({7, 1, 2}, false);
   if (name == "Points") return testing::coordinates(false);
-  if (name == "connectivity") return bytes<std::int64_t>({0, 1, 2, 0, 1, 2, 3, 0, 2, 1, 4}, false);
-  if (name == "offsets") return bytes<std::int64_t>({3, 7, 11}, false);
-  return bytes<std::uint8_t>({5, 10, 10}, false);
+  if (name == "connectivity") return bytes<int64_t>({0, 1, 2, 0, 1, 2, 3, 0, 2, 1, 4}, false);
+  if (name == "offsets") return bytes<int64_t>({3, 7, 11}, false);
+  return bytes<uint8_t>({5, 10, 10}, false);
 }
 
-std::string size(size_t number) { return bytes<std::uint32_t>({static_cast<std::uint32_t>(number)}, false); }
+std::string size(size_t number) { return bytes<uint32_t>({static_cast<uint32_t>(number)}, false); }
 
 /// The header of blocks packed with zlib, and the bytes packed in one block.
 std::pair<std::string, std::string> packed(const std::string& data) {
@@ -153,26 +153,26 @@ TEST_CASE("A VTK file of something else says what it is", "[unit]") {
 
 TEST_CASE("Sizes of packed blocks that do not fit are refused before anything is unpacked", "[unit]") {
   // Of an array of 12 bytes: number of blocks, their size unpacked, that of the last, and sizes packed.
-  const auto header = [](std::initializer_list<std::uint32_t> sizes) {
+  const auto header = [](std::initializer_list<uint32_t> sizes) {
     return packed_binary([&](const std::string& data) {
       return data.size() == 12 ? base64(bytes(sizes, false)) + base64(packed(data).second)
                                : base64(packed(data).first) + base64(packed(data).second);
     });
   };
-  const auto length = static_cast<std::uint32_t>(packed(content(testing::kArrays[0])).second.size());
+  const auto length = static_cast<uint32_t>(packed(content(testing::kArrays[0])).second.size());
   check_two_tets(read(header({1, 12, 0, length})));
   check_two_tets(read(header({1, 0, 12, length})));
   for (const auto& sizes :
-       std::initializer_list<std::initializer_list<std::uint32_t>>{{0, 12, 0},
-                                                                   {1, 13, 0, length},
-                                                                   {1, 12, 24, length},
-                                                                   {2, 12, 0, length, 0},
-                                                                   {2, 0, 12, length, 0},
-                                                                   {3, 0x80000000, 12, length, 0, 0},
-                                                                   {2, 0xFFFFFFFF, 0, length, 0},
-                                                                   {1, 12, 0, 0xFFFFFFFF},
-                                                                   {0xFFFFFFFF, 12, 0},
-                                                                   {0x100000, 0x1000, 12}}) {
+       std::initializer_list<std::initializer_list<uint32_t>>{{0, 12, 0},
+                                                              {1, 13, 0, length},
+                                                              {1, 12, 24, length},
+                                                              {2, 12, 0, length, 0},
+                                                              {2, 0, 12, length, 0},
+                                                              {3, 0x80000000, 12, length, 0, 0},
+                                                              {2, 0xFFFFFFFF, 0, length, 0},
+                                                              {1, 12, 0, 0xFFFFFFFF},
+                                                              {0xFFFFFFFF, 12, 0},
+                                                              {0x100000, 0x1000, 12}}) {
     CHECK_THAT(refused(header(sizes)), Contains("a.vtu: byte ") && Contains("array 'material': found "));
     // Where there are no cells, no size fits.
     const std::string no_cells = edited(header(sizes), "NumberOfCells=\"3\"", "NumberOfCells=\"0\"");

@@ -268,7 +268,7 @@ TEST_CASE("Error frames of the controller become the health of the bus", "[vcan]
   const auto after = [&](uint32_t error_class, uint8_t controller_state) {
     put_error(vcan.name(), error_class, controller_state);
     read_error(*bus);  // error frames are never handed on as data
-    return to_text(bus->health());
+    return name(bus->health());
   };
   CHECK(after(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_WARNING) == std::string("error-active"));
   CHECK(after(CAN_ERR_CRTL, CAN_ERR_CRTL_TX_PASSIVE) == std::string("error-passive"));
