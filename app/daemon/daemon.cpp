@@ -74,7 +74,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
     std::this_thread::sleep_for(kHousekeepingInterval);
   }
   control.join();
-  housekeeping.drain();
+  housekeeping.run_once();  // what came last
   model.stop();
 
   const rt::LoopCounts& counts = control.counts();

@@ -48,7 +48,6 @@ void Housekeeping::begin_run() {
   const rt::RunStart& start = channels_.run_starts.latest();
   running_since_ns_ = start.stamp_ns;
   if (config_.motion) motion_.emplace(config_, rest_, start.p_e, start.stamp_ns);
-  service_.ready();
 }
 
 void Housekeeping::send_target(int64_t now_ns) {
@@ -64,9 +63,6 @@ double Housekeeping::running_s(int64_t now_ns) const {
 void Housekeeping::pass_on_stop(int64_t now_ns) {
   const bool time_is_up = options_.duration_s > 0 && running_s(now_ns) > options_.duration_s;
   if (stop_signalled() || time_is_up) channels_.requests.stop = true;
-  if (stopping_ || channels_.progress.phase.load(std::memory_order_acquire) < rt::Phase::kStopping) return;
-  stopping_ = true;
-  service_.stopping();
 }
 
 void Housekeeping::drain() {
@@ -80,6 +76,9 @@ void Housekeeping::drain() {
 }
 
 void Housekeeping::inform_service_manager(int64_t now_ns) {
+  if (running_since_ns_ > 0 && !std::exchange(said_ready_, true)) service_.ready();
+  const bool stops = channels_.progress.phase.load(std::memory_order_acquire) >= rt::Phase::kStopping;
+  if (stops && !std::exchange(said_stopping_, true)) service_.stopping();
   service_.feed_watchdog(now_ns, status_.last().cycles);
   if (now_ns < status_due_ns_) return;
   status_due_ns_ = now_ns + kStatusInterval_ns;

@@ -27,13 +27,12 @@ class Housekeeping {
                const ModelThread& model, const hal::DriveMaster& master, rt::EffectorVector rest,
                RunRecorder* recorder, ServiceManager& service);
 
-  /// One round. What the control thread waits for comes first, what may take its time last.
+  /// One round. What the control thread waits for comes first, what may take its time last. Call it once more
+  /// after the control thread has ended.
   void run_once();
 
-  /// Takes what is left in the channels, once the control thread has ended.
-  void drain();
-
  private:
+  void drain();
   void begin_run();
   void send_target(int64_t now_ns);
   void pass_on_stop(int64_t now_ns);
@@ -51,7 +50,7 @@ class Housekeeping {
   RunLog log_;
   RunStatus status_;
   std::optional<Motion> motion_;
-  bool stopping_ = false;  // the service manager knows
+  bool said_ready_ = false, said_stopping_ = false;  // to the service manager
   int64_t running_since_ns_ = 0, status_due_ns_, progress_due_ns_ = 0;
 };
 
