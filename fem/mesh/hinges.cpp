@@ -108,12 +108,12 @@ void check_hinges(const Mesh& mesh, std::span<const int> fixed) {
   if (hinges.empty()) return;
   const auto& [pair, nodes] = *hinges.begin();
   const int tet = pair.first;
-  throw MeshError(
-      fmt::format("the part of the body with tetrahedron {} at {} hangs on the rest by {} only, and can turn "
-                  "there{}; let the parts "
-                  "share faces, or fix nodes of each",
-                  tet, format_point_mm(mesh.nodes(Eigen::all, mesh.tets[tet]).rowwise().mean()), hinge_at(mesh, nodes),
-                  hinges.size() == 1 ? "" : fmt::format(" (one of {} such places)", hinges.size())));
+  throw MeshError(fmt::format(
+      "the part of the body with tetrahedron {} at {} hangs on the rest by {} only, and can turn "
+      "there{}; let the parts "
+      "share faces, or fix nodes of each",
+      tet, format_point_mm(mesh.nodes(Eigen::all, mesh.tets[tet]).rowwise().mean()), hinge_at(mesh, nodes),
+      hinges.size() == 1 ? "" : fmt::format(" (one of {} such places)", hinges.size())));
 }
 
 }  // namespace tendril::fem
