@@ -42,16 +42,14 @@ size_t size_in_packet(uint8_t length) noexcept {
   return kHeadBytes + std::max<size_t>(8, (length + size_t{7}) / 8 * 8);
 }
 
-/// Copies the frame at the front of some bytes.
-/// @return  its size there; 0 where the bytes do not begin with a frame of data or a remote one
-size_t read_frame(std::span<const std::byte> bytes, canfd_frame& wire) noexcept {
+/// Bytes of the frame at the front of some; 0 where they do not begin with a whole frame, of data or remote.
+size_t size_of_frame(std::span<const std::byte> bytes) noexcept {
   if (bytes.size() < kHeadBytes) return 0;
-  std::memcpy(&wire, bytes.data(), kHeadBytes);
-  if (wire.len > kMaxFrameBytes || (wire.can_id & CAN_ERR_FLAG) != 0) return 0;
-  const size_t size = size_in_packet(wire.len);
-  if (bytes.size() < size) return 0;
-  std::memcpy(wire.data, bytes.data() + kHeadBytes, wire.len);
-  return size;
+  canfd_frame head{};
+  std::memcpy(&head, bytes.data(), kHeadBytes);
+  if (head.len > kMaxFrameBytes || (head.can_id & CAN_ERR_FLAG) != 0) return 0;
+  const size_t size = size_in_packet(head.len);
+  return size <= bytes.size() ? size : 0;
 }
 
 /// A packet and how much of it is used.
@@ -90,10 +88,10 @@ Moved read_packet(int fd, Load& load) noexcept {
   load.bytes = static_cast<size_t>(size) - Packet::size_of(0);
   load.count = 0;
   std::span<const std::byte> left(load.packet.frames.data(), load.bytes);
-  for (canfd_frame wire{}; !left.empty(); ++load.count) {
-    const size_t taken = read_frame(left, wire);
-    if (taken == 0) return Moved::kGone;
-    left = left.subspan(taken);
+  for (; !left.empty(); ++load.count) {
+    const size_t size_of_next = size_of_frame(left);
+    if (size_of_next == 0) return Moved::kGone;
+    left = left.subspan(size_of_next);
   }
   return Moved::kYes;
 }
@@ -123,7 +121,10 @@ class Inbox {
   bool empty() const noexcept { return next_ == load_.bytes; }
   Frame take() noexcept {
     canfd_frame wire{};
-    next_ += read_frame(std::span(load_.packet.frames).first(load_.bytes).subspan(next_), wire);
+    const auto left = std::span(load_.packet.frames).first(load_.bytes).subspan(next_);
+    const size_t size = size_of_frame(left);  // read_packet has found it whole
+    std::memcpy(&wire, left.data(), size);
+    next_ += size;
     return from_wire(wire, load_.packet.stamp_ns);
   }
   /// The next packet of a peer takes the place of this one, which is empty.
