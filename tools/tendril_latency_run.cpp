@@ -37,10 +37,6 @@ constexpr auto kHousekeeping = std::chrono::milliseconds(5);
 constexpr double kServingsPerCycle = 2;
 constexpr int64_t kProgress_ns = 1'000'000'000;
 
-rt::RtRights rights(const LatencyOptions& options) {
-  return options.allow_non_rt ? rt::RtRights::kIgnore : rt::RtRights::kRequire;
-}
-
 /// Simulated drives answer for those that are there.
 void require_virtual(const std::string& interface) {
   if (!interface.empty() && !std::filesystem::exists("/sys/devices/virtual/net/" + interface))
@@ -185,8 +181,8 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   app::ControlStack stack(app::controller_config(config), std::move(master), *bus);
   rt::Channels& channels = *stack.channels;
   app::ModelThread model(*robot, config, channels);
-  rt::ControlThread control({"control", options.priority, options.cpu}, rights(options), options.rate_hz,
-                            stack.loop, channels);
+  rt::ControlThread control({"control", options.priority, options.cpu}, app::rights_of(options.allow_non_rt),
+                            options.rate_hz, stack.loop, channels);
   if (!control.refusal().empty()) spdlog::warn("{}", control.refusal());
   rt::keep_to_cpu(pthread_self(), "main", options.housekeeping_cpu);
 
@@ -220,11 +216,12 @@ LatencyFacts run_timer(const LatencyOptions& options, LatencyStages& stages, con
   facts.idle_latency_held = idle_latency_limit != nullptr;
   const auto channels = std::make_unique<rt::Channels>();
   rt::Scheduling scheduling;
-  rt::RealtimeThread timer({"timer", options.priority, options.cpu}, rights(options), [&] {
-    scheduling = rt::scheduling_of_this_thread();
-    rt::PeriodicClock clock(options.rate_hz);
-    beat(clock, *channels);
-  });
+  rt::RealtimeThread timer({"timer", options.priority, options.cpu}, app::rights_of(options.allow_non_rt),
+                           [&] {
+                             scheduling = rt::scheduling_of_this_thread();
+                             rt::PeriodicClock clock(options.rate_hz);
+                             beat(clock, *channels);
+                           });
   const StopAtExit stop_at_exit{channels->requests};
   if (!timer.refusal().empty()) spdlog::warn("{}", timer.refusal());
   rt::keep_to_cpu(pthread_self(), "main", options.housekeeping_cpu);

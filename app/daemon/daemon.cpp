@@ -64,8 +64,8 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   Housekeeping housekeeping(config, options, *stack.channels, model, *stack.master, rest,
                             recorder ? &*recorder : nullptr, service);
   rt::ControlThread control({"control", config.control.priority, config.control.cpu},
-                            options.allow_non_rt ? rt::RtRights::kIgnore : rt::RtRights::kRequire,
-                            config.control.rate_hz, stack.loop, *stack.channels);
+                            rights_of(options.allow_non_rt), config.control.rate_hz, stack.loop,
+                            *stack.channels);
   // Not before: threads are born with the CPUs of the one that makes them.
   rt::keep_to_cpu(pthread_self(), "housekeeping", config.control.housekeeping_cpu);
   if (!control.refusal().empty()) spdlog::warn("{}", control.refusal());

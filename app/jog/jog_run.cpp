@@ -156,8 +156,7 @@ int run_jog(const JogOptions& options) {
   rt::ControlLoop loop(*bus, *master, jog, *channels);
   JogDisplay display(channels->trace, actuator, !options.json);
   rt::ControlThread control({"jog", config.control.priority, config.control.cpu},
-                            options.allow_non_rt ? rt::RtRights::kIgnore : rt::RtRights::kRequire,
-                            config.control.rate_hz, loop, *channels);
+                            rights_of(options.allow_non_rt), config.control.rate_hz, loop, *channels);
   if (!control.refusal().empty()) spdlog::warn("{}", control.refusal());
   while (!control.ended()) {
     std::this_thread::sleep_for(kTick);

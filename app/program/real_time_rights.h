@@ -3,8 +3,14 @@
 #include <memory>
 
 #include "rt/idle_latency_limit.h"
+#include "rt/thread.h"
 
 namespace tendril::app {
+
+/// What a thread that is refused its real-time priority is to do. Real-time: no.
+inline rt::RtRights rights_of(bool allow_non_rt) {
+  return allow_non_rt ? rt::RtRights::kIgnore : rt::RtRights::kRequire;
+}
 
 /// Locks the process's memory, or logs why it runs without.
 /// @return  whether it is locked
