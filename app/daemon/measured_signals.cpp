@@ -1,8 +1,12 @@
 #include "app/daemon/measured_signals.h"
 
+#include "app/robot/robot.h"
+
 namespace tendril::app {
 
 MeasuredSignals::MeasuredSignals(const Config& config) : efforts(config.actuators.size()) {
+  for (const EffectorRow& row : effector_rows(config))
+    if (row.effector == 0) tip_axes.push_back(row.axis);
   std::size_t signal = 0;
   for (std::size_t s = 0; s < config.sensors.size(); ++s)
     for (const MeasuredConfig& measured : config.sensors[s].measures) {

@@ -27,6 +27,8 @@ struct MeasuredSignals {
     int axis;  ///< 0 x, 1 y, 2 z
   };
 
+  std::vector<int>
+      tip_axes;  ///< of the first effector's controlled coordinates, in their order: 0 x, 1 y, 2 z
   std::array<std::optional<SignalIndex>, 3> tip;    ///< x, y, z of the first effector
   std::vector<std::optional<SignalIndex>> efforts;  ///< one an actuator
   std::vector<Other> others;

@@ -30,12 +30,11 @@ nlohmann::json statistics(std::vector<double> values, bool with_p95) {
 }  // namespace
 
 RunStatistics::RunStatistics(const Config& config)
-    : config_(config), signals_(config), watch_(config), effort_errors_(config.actuators.size()) {
-  const auto rows = effector_rows(config);
-  effector_coordinates_ = static_cast<int>(rows.size());
-  for (const EffectorRow& row : rows)
-    if (row.effector == 0) tip_axes_.push_back(row.axis);
-}
+    : config_(config),
+      signals_(config),
+      watch_(config),
+      effector_coordinates_(static_cast<int>(effector_rows(config).size())),
+      effort_errors_(config.actuators.size()) {}
 
 void RunStatistics::add(const rt::TraceRecord& record, const Motion* motion) {
   watch_.add(record);
@@ -72,8 +71,8 @@ void RunStatistics::add_tip_error(const rt::TraceRecord& record, const Motion& m
   double to_path = 0, to_model = 0;
   bool any_new = false;
   std::array<int64_t, 3> stamps_ns = compared_ns_;
-  for (std::size_t k = 0; k < tip_axes_.size(); ++k) {
-    const int axis = tip_axes_[k];
+  for (std::size_t k = 0; k < signals_.tip_axes.size(); ++k) {
+    const int axis = signals_.tip_axes[k];
     const auto& index = signals_.tip[axis];
     if (!index) continue;
     const int64_t stamp_ns = record.sensors.stamp_ns[index->sensor];

@@ -55,7 +55,6 @@ class RunStatistics {
   MeasuredSignals signals_;
   NewSamples new_samples_;
   SensorWatch watch_;
-  std::vector<int> tip_axes_;  // axes of the first effector's controlled coordinates, in their order
   int effector_coordinates_;
   int64_t running_since_ns_ = 0, running_until_ns_ = 0;
   std::deque<ModelPoint> recent_;         // what the model held true, as long as a sample may refer to it

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "app/robot/robot.h"
-
 namespace tendril::app {
 namespace {
 
@@ -31,8 +29,6 @@ TraceFile::TraceFile(const Config& config, const std::filesystem::path& file)
   if (!csv_)
     throw std::runtime_error(
         fmt::format("cannot write {}: choose another folder with --report", file.string()));
-  for (const EffectorRow& row : effector_rows(config))
-    if (row.effector == 0) tip_axes_.push_back(row.axis);
   write_header();
 }
 
@@ -72,8 +68,8 @@ void TraceFile::add(const rt::TraceRecord& record, const Motion* motion) {
   if (first_ns_ == 0) first_ns_ = record.intended_ns;
   std::string row = fmt::format("{:.6f},{}", seconds(record.intended_ns), phase_name(record, motion));
   const bool running = record.phase >= rt::Phase::kRunning;
-  row += running ? cells(record.desired.data(), tip_axes_) : ",,,";
-  row += running ? cells(record.p_e.data(), tip_axes_) : ",,,";
+  row += running ? cells(record.desired.data(), signals_.tip_axes) : ",,,";
+  row += running ? cells(record.p_e.data(), signals_.tip_axes) : ",,,";
   row += tip_cells(record);
   for (size_t a = 0; a < config_.actuators.size(); ++a) {
     const bool cavity = config_.actuators[a].is_cavity();  // to 0.1 µm and 1 mm³, to 10 µN and 0.1 Pa

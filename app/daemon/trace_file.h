@@ -39,7 +39,6 @@ class TraceFile {
   MeasuredSignals signals_;
   NewSamples new_samples_;
   std::ofstream csv_;
-  std::vector<int> tip_axes_;  // axes of the first effector's controlled coordinates, in their order
   int64_t first_ns_ = 0;
 };
 
