@@ -15,7 +15,6 @@
 #include "fem/element/material.h"
 #include "fem/mesh/mesh.h"
 #include "hal/drive/master_config.h"
-#include "hal/sim/simulated_servo.h"
 #include "rt/controller.h"
 
 namespace tendril::app {
@@ -170,12 +169,11 @@ struct MotionConfig {
 /// The servo drives of the simulated robot, one setting for all: what is relative is so to the limits of each
 /// actuator.
 struct ServoConfig {
-  double acceleration_time = hal::ServoTuning{}.acceleration_time;  // s to top speed, without load
-  std::optional<double> position_gain;  // 1/s; none: as drives of the protocol are delivered
-  double force_limit = 2;               // largest efforts of the actuator
-  double friction =
-      hal::ServoTuning{}.friction;  // of the force limit, at top speed, where it follows efforts
-  std::any own;                     // settings of the protocol, see hal::DriveProtocol::read_simulation
+  std::optional<double> acceleration_time;  // s to top speed, without load; none: hal::ServoTuning's
+  std::optional<double> position_gain;      // 1/s; none: as drives of the protocol are delivered
+  double force_limit = 2;                   // largest efforts of the actuator
+  std::optional<double> friction;  // of the force limit, at top speed, with efforts; none: hal::ServoTuning's
+  std::any protocol_settings;      // settings of the protocol, see hal::DriveProtocol::read_simulation
 };
 
 /// What the simulated robot is made of, apart from the shape: never the controller's own values. The laws of

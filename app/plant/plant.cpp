@@ -27,10 +27,10 @@ hal::SimulatedActuator simulated(const ActuatorConfig& actuator, const ServoConf
           .displacement = displacement,
           .displacement_range = actuator.displacement_max - actuator.displacement_min,
           .force_limit = largest_effort > 0 ? servo.force_limit * largest_effort : kUnlimited,
-          .acceleration_time = servo.acceleration_time,
-          .friction = servo.friction,
+          .acceleration_time = servo.acceleration_time.value_or(hal::ServoTuning{}.acceleration_time),
+          .friction = servo.friction.value_or(hal::ServoTuning{}.friction),
           .position_gain = servo.position_gain,
-          .own = servo.own};
+          .protocol_settings = servo.protocol_settings};
 }
 
 }  // namespace

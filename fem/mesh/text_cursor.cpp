@@ -101,10 +101,10 @@ void TextCursor::fail(std::string_view expected) const {
 }
 
 void TextCursor::fail_with(const std::string& sentence) const {
-  throw MeshError(fmt::format("{}: {}", place(), sentence));
+  throw MeshError(fmt::format("{}: {}", location(), sentence));
 }
 
-std::string TextCursor::place() const {
+std::string TextCursor::location() const {
   if (!by_line_) return fmt::format("{}: byte {}", file_, last_);
   const auto before = text_.substr(0, last_);
   return fmt::format("{}:{}", file_, 1 + std::count(before.begin(), before.end(), '\n'));

@@ -61,7 +61,7 @@ class TextCursor {
 
  private:
   void skip_blanks();
-  std::string place() const;
+  std::string location() const;
 
   std::string_view text_;
   size_t position_ = 0, end_, last_ = 0;  // last_: where the last thing read begins

@@ -107,26 +107,26 @@ class Cia402Protocol final : public DriveProtocol {
   }
 
   void read_drive(Settings& section, Dimension displacement, AxisConfig& axis) const override {
-    Cia402AxisSettings& own = cia402_settings(axis);
+    Cia402AxisSettings& settings = cia402_settings(axis);
     section.whole("node", axis.node, kNode, Settings::Need::kRequired);
     section.number("counts_per_turn", axis.scale.counts_per_turn, Dimension::kNumber, kPositive,
                    Settings::Need::kRequired);
-    section.word("reference", own.reference,
+    section.word("reference", settings.reference,
                  {{"absolute", Reference::kAbsolute}, {"homing", Reference::kHoming}});
-    section.whole("pdo", own.pdo, Range{.at_least = 1, .at_most = 4});
-    read_cob_id(section, "rpdo_id", own.rpdo_id);
-    read_cob_id(section, "tpdo_id", own.tpdo_id);
-    section.word("mapping", own.mapping,
+    section.whole("pdo", settings.pdo, Range{.at_least = 1, .at_most = 4});
+    read_cob_id(section, "rpdo_id", settings.rpdo_id);
+    read_cob_id(section, "tpdo_id", settings.tpdo_id);
+    section.word("mapping", settings.mapping,
                  {{"configure", Mapping::kConfigure}, {"as_found", Mapping::kAsFound}});
-    section.whole("referenced_bit", own.referenced_bit);
-    const int bit = own.referenced_bit;
+    section.whole("referenced_bit", settings.referenced_bit);
+    const int bit = settings.referenced_bit;
     if (section.has("referenced_bit") && bit != 8 && bit != 14 && bit != 15)
       section.fail("referenced_bit", "8, 14 or 15, the bits that CiA 402 leaves to the maker");
-    section.section("homing", [&own](Settings& homing) { read_homing(homing, own.homing); });
-    own.homing_given = section.has("homing");
-    section.flag("soft_limits", own.soft_limits);
-    section.number("following_error", own.following_error, displacement, kPositive);
-    section.number("rated_torque", own.rated_torque, Dimension::kTorque, kPositive);
+    section.section("homing", [&settings](Settings& homing) { read_homing(homing, settings.homing); });
+    settings.homing_given = section.has("homing");
+    section.flag("soft_limits", settings.soft_limits);
+    section.number("following_error", settings.following_error, displacement, kPositive);
+    section.number("rated_torque", settings.rated_torque, Dimension::kTorque, kPositive);
     const bool on_efforts = axis.set_point == SetPoint::kEffort;
     if (!on_efforts && section.has("rated_torque"))
       section.fail("rated_torque", "no such key, as drive.setpoint is displacement");
@@ -134,10 +134,11 @@ class Cia402Protocol final : public DriveProtocol {
       section.fail("following_error", "no such key, as drive.setpoint is effort");
   }
 
-  void read_simulation(Settings& section, std::any& own) const override {
+  void read_simulation(Settings& section, std::any& protocol_settings) const override {
     double share = 0;
     section.number("following_error", share, Dimension::kNumber, Range{.above = 0, .at_most = 1});
-    if (section.has("following_error")) own_settings<Cia402SimulationSettings>(own).following_error = share;
+    if (section.has("following_error"))
+      settings_as<Cia402SimulationSettings>(protocol_settings).following_error = share;
   }
 
   void check(const MasterConfig& config) const override { check_cia402(config); }
@@ -186,7 +187,7 @@ class Cia402Protocol final : public DriveProtocol {
     const AxisConfig& a = config.axes[axis];
     const double unit = std::abs(a.scale.displacement_per_count());
     const bool mapped = cia402_settings(a).mapping == Mapping::kAsFound;
-    const auto share = own_settings<Cia402SimulationSettings>(actuator.own).following_error;
+    const auto share = settings_as<Cia402SimulationSettings>(actuator.protocol_settings).following_error;
     const double window = share ? *share * actuator.displacement_range : SimulatedActuator::kUnlimited;
     SimulatedCia402Spec spec{.node = a.node,
                              .pdo = cia402_settings(a).pdo,

@@ -45,8 +45,8 @@ class DriveProtocol {
   virtual void read_drive(Settings& section, Dimension displacement, AxisConfig& axis) const = 0;
 
   /// Reads its own keys of the section `plant.drives`.
-  /// @param own  for SimulatedActuator::own
-  virtual void read_simulation(Settings& section, std::any& own) const = 0;
+  /// @param protocol_settings  for SimulatedActuator::protocol_settings
+  virtual void read_simulation(Settings& section, std::any& protocol_settings) const = 0;
 
   /// Checks a whole configuration: ranges, nodes, and that no two senders share an identifier.
   /// @throws SettingError; std::invalid_argument with a sentence where no single setting is wrong

@@ -30,8 +30,8 @@ struct AxisConfig {
   double displacement_min = -std::numeric_limits<double>::infinity();  // m or m³; infinite: no limit
   double displacement_max = std::numeric_limits<double>::infinity();
   SetPoint set_point = SetPoint::kDisplacement;
-  double largest_effort = 0;  // N or Pa, magnitude of the largest commanded effort; 0: not known
-  std::any own{};             // settings of its protocol, see own_settings
+  double largest_effort = 0;     // N or Pa, magnitude of the largest commanded effort; 0: not known
+  std::any protocol_settings{};  // settings of its protocol, see settings_as
 };
 
 /// The configuration of a master, for all protocols. Durations in ns.
@@ -45,7 +45,7 @@ struct MasterConfig {
   int64_t enable_timeout_ns = 3'000'000'000;   // from the begin of enabling until a drive is enabled
   int64_t feedback_timeout_ns = 50'000'000;    // without a position
   std::vector<SensorConfig> sensors{};
-  std::any own{};  // settings of the protocol, see own_settings
+  std::any protocol_settings{};  // settings of the protocol, see settings_as
 };
 
 /// A setting that is not sound; what() reads "drives: axis 'north' (node 3): KEY: expected ...".
@@ -107,28 +107,33 @@ class IdentifierClaims {
   std::map<uint32_t, std::string> users_;
 };
 
-/// The settings of a protocol in `own`, a member of AxisConfig or MasterConfig; defaults where it holds none.
+/// The settings of a protocol, of type T, in the member of that name of AxisConfig, MasterConfig or
+/// SimulatedActuator; defaults where it holds none.
 /// Real-time: no (may allocate).
 template <class T>
-const T& own_settings(const std::any& own) {
+const T& settings_as(const std::any& protocol_settings) {
   static const T kDefaults{};
-  const T* settings = std::any_cast<T>(&own);
+  const T* settings = std::any_cast<T>(&protocol_settings);
   return settings ? *settings : kDefaults;
 }
 template <class T>
-T& own_settings(std::any& own) {
-  if (!std::any_cast<T>(&own)) own.emplace<T>();
-  return *std::any_cast<T>(&own);
+T& settings_as(std::any& protocol_settings) {
+  if (!std::any_cast<T>(&protocol_settings)) protocol_settings.emplace<T>();
+  return *std::any_cast<T>(&protocol_settings);
 }
 
 /// Finds the settings of one protocol within a configuration: those of an axis and those of the bus. Defaults
 /// where there are none. Real-time: no (the first call on a configuration that may be changed allocates).
 template <class OfAxis, class OfBus>
 struct SettingsOf {
-  const OfAxis& operator()(const AxisConfig& axis) const { return own_settings<OfAxis>(axis.own); }
-  OfAxis& operator()(AxisConfig& axis) const { return own_settings<OfAxis>(axis.own); }
-  const OfBus& operator()(const MasterConfig& config) const { return own_settings<OfBus>(config.own); }
-  OfBus& operator()(MasterConfig& config) const { return own_settings<OfBus>(config.own); }
+  const OfAxis& operator()(const AxisConfig& axis) const {
+    return settings_as<OfAxis>(axis.protocol_settings);
+  }
+  OfAxis& operator()(AxisConfig& axis) const { return settings_as<OfAxis>(axis.protocol_settings); }
+  const OfBus& operator()(const MasterConfig& config) const {
+    return settings_as<OfBus>(config.protocol_settings);
+  }
+  OfBus& operator()(MasterConfig& config) const { return settings_as<OfBus>(config.protocol_settings); }
 };
 
 }  // namespace tendril::hal

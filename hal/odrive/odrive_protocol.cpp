@@ -83,7 +83,7 @@ class OdriveProtocol final : public DriveProtocol {
   }
 
   void read_drive(Settings& section, Dimension, AxisConfig& axis) const override {
-    OdriveAxisSettings& own = odrive_settings(axis);
+    OdriveAxisSettings& settings = odrive_settings(axis);
     section.whole("node", axis.node, kNode, Settings::Need::kRequired);
     section.refuse(
         "counts_per_turn",
@@ -95,13 +95,13 @@ class OdriveProtocol final : public DriveProtocol {
     axis.scale.displacement_per_turn /= gear;
     bool from_power_on = false;
     section.word("reference", from_power_on, {{"absolute", false}, {"power_on", true}});
-    if (section.has("reference")) own.counts_from_power_on = from_power_on;
-    section.number("velocity_limit", own.velocity_limit, Dimension::kTurnRate, kPositive);
-    section.number("current_limit", own.current_limit, Dimension::kCurrent, kPositive);
+    if (section.has("reference")) settings.counts_from_power_on = from_power_on;
+    section.number("velocity_limit", settings.velocity_limit, Dimension::kTurnRate, kPositive);
+    section.number("current_limit", settings.current_limit, Dimension::kCurrent, kPositive);
   }
 
-  void read_simulation(Settings& section, std::any& own) const override {
-    section.whole("encoder_counts", own_settings<OdriveSimulationSettings>(own).encoder_counts,
+  void read_simulation(Settings& section, std::any& protocol_settings) const override {
+    section.whole("encoder_counts", settings_as<OdriveSimulationSettings>(protocol_settings).encoder_counts,
                   Range{.at_least = 1});
   }
 
@@ -143,7 +143,8 @@ class OdriveProtocol final : public DriveProtocol {
             .position = a.scale.to_position(actuator.displacement),
             .tuning = tuned(SimulatedOdriveSpec{}.tuning, actuator),
             .torque_limit = std::abs(a.scale.to_torque(actuator.force_limit)),
-            .encoder_counts = own_settings<OdriveSimulationSettings>(actuator.own).encoder_counts,
+            .encoder_counts =
+                settings_as<OdriveSimulationSettings>(actuator.protocol_settings).encoder_counts,
             .heartbeat_ns = config.heartbeat_ns,
             .encoder_period_ns = odrive_settings(config).encoder_period_ns,
             .watchdog_ns = config.heartbeat_timeout_ns},

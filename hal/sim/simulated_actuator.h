@@ -19,7 +19,7 @@ struct SimulatedActuator {
   double acceleration_time = ServoTuning{}.acceleration_time;  // s, see ServoTuning
   double friction = ServoTuning{}.friction;                    // see ServoTuning
   std::optional<double> position_gain{};  // 1/s; none: as drives of the protocol are delivered
-  std::any own{};                         // settings of the protocol, see DriveProtocol::read_simulation
+  std::any protocol_settings{};           // settings of the protocol, see DriveProtocol::read_simulation
 };
 
 /// The tuning of an actuator's servo.

@@ -61,10 +61,11 @@ tendril_layer_test(app/config KNOWS app/config/config.h
                    MUST_NOT_KNOW app/robot/robot.h app/plant/plant.h app/daemon/daemon.h hal/cia402/cia402.h)
 tendril_layer_test(app/robot KNOWS app/robot/robot.h
                    MUST_NOT_KNOW app/plant/plant.h app/check/check_report.h app/daemon/daemon.h)
-tendril_layer_test(app/plant KNOWS app/plant/plant.h
+tendril_layer_test(app/plant KNOWS app/plant/plant.h hal/sim/simulated_servo.h
                    MUST_NOT_KNOW app/check/check_report.h app/daemon/daemon.h)
 tendril_layer_test(app/daemon KNOWS app/daemon/daemon.h
-                   MUST_NOT_KNOW app/plant/plant.h app/check/check_report.h app/jog/jog.h hal/cia402/cia402.h)
+                   MUST_NOT_KNOW app/plant/plant.h app/check/check_report.h app/jog/jog.h hal/cia402/cia402.h
+                                 hal/sim/simulated_servo.h)
 # Every header that is refused above can be compiled where it is allowed.
 tendril_layer_test(app/check KNOWS app/check/check_report.h app/plant/plant.h qp/solver.h rt/controller.h fem/body/model.h
                                    hal/bus/bus.h)

@@ -84,7 +84,7 @@ TEST_CASE("A load below the force limit leaves a drive where it is commanded", "
 TEST_CASE("A drive that is dragged out of its following-error window stops the robot with that reason",
           "[scenario]") {
   Config config = finger_aside(0.4);
-  hal::own_settings<hal::Cia402SimulationSettings>(config.plant->drives.own).following_error =
+  hal::settings_as<hal::Cia402SimulationSettings>(config.plant->drives.protocol_settings).following_error =
       0.03;  // of 9 mm
   VirtualRig rig(config, {});
   REQUIRE(rig.run_until(Phase::kStopped, 3 + kStoppedWithin_s));

@@ -216,7 +216,7 @@ TEST_CASE("A robot with ODrive axes has the keys, ranges and defaults of that pr
   CHECK(tendril::hal::odrive_settings(c.actuators[0].drive).velocity_limit == Approx(20));
   CHECK(tendril::hal::odrive_settings(c.actuators[0].drive).current_limit == Approx(10));
   CHECK(tendril::hal::odrive_settings(c.actuators[1].drive).velocity_limit == 0);
-  CHECK(tendril::hal::own_settings<tendril::hal::OdriveSimulationSettings>(c.plant->drives.own)
+  CHECK(tendril::hal::settings_as<tendril::hal::OdriveSimulationSettings>(c.plant->drives.protocol_settings)
             .encoder_counts == 4096);
   CHECK_FALSE(c.plant->drives.position_gain);
 }

@@ -295,7 +295,7 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(c.plant->drives.friction == 0.1);
   CHECK(c.plant->drives.acceleration_time == Approx(8e-3));
   CHECK(c.plant->drives.position_gain == 60);
-  CHECK(tendril::hal::own_settings<tendril::hal::Cia402SimulationSettings>(c.plant->drives.own)
+  CHECK(tendril::hal::settings_as<tendril::hal::Cia402SimulationSettings>(c.plant->drives.protocol_settings)
             .following_error == 0.1);
   REQUIRE(c.plant->faults.size() == 1);
   CHECK(c.plant->faults[0].kind == PlantFaultKind::kSilent);
