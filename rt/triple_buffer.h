@@ -24,12 +24,6 @@ class TripleBuffer {
   /// Starts without a value; the three slots are value-initialised.
   TripleBuffer() = default;
 
-  /// Starts without a value, with three slots that are copies of one that has its final size, so that filling
-  /// them in place allocates nothing.
-  /// @param sized  e.g. a T whose vectors have their final lengths
-  /// Real-time: no (copies).
-  explicit TripleBuffer(const T& sized) : slots_{Slot{sized}, Slot{sized}, Slot{sized}} {}
-
   TripleBuffer(const TripleBuffer&) = delete;
   TripleBuffer& operator=(const TripleBuffer&) = delete;
 
@@ -47,7 +41,7 @@ class TripleBuffer {
     back_ = middle_.exchange(given, std::memory_order_acq_rel) & kIndex;
   }
 
-  /// The newest published value, or a value-initialised (or `sized`) T where nothing was published yet.
+  /// The newest published value, or a value-initialised T where nothing was published yet.
   /// @return  a reference to the reader's own slot; it does not change before the next call of latest()
   /// Real-time: wait-free, one reader thread.
   const T& latest() noexcept {

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <memory>
@@ -146,7 +147,7 @@ TEST_CASE("The replaced malloc family keeps its promises at the edges", "[rt]") 
 }
 
 TEST_CASE("What the control thread calls makes no heap call", "[rt]") {
-  const auto channel = std::make_unique<TripleBuffer<std::vector<double>>>(std::vector<double>(100));
+  const auto channel = std::make_unique<TripleBuffer<std::array<double, 100>>>();
   const auto ring = std::make_unique<SpscRing<double, 16>>();
   const auto histogram = std::make_unique<Histogram>(), other = std::make_unique<Histogram>();
   PeriodicClock clock(100'000);

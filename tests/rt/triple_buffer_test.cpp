@@ -112,14 +112,4 @@ TEST_CASE("TripleBuffer carries values that cannot be copied", "[unit]") {
   CHECK(*buffer.latest() == 5);
 }
 
-TEST_CASE("TripleBuffer gives every slot the size of its model value", "[unit]") {
-  TripleBuffer<std::vector<double>> buffer(std::vector<double>(100));
-  CHECK_FALSE(buffer.has_value());
-  for (int value = 0; value < 3; ++value) {
-    CHECK(buffer.back().size() == 100);
-    buffer.publish();
-    CHECK(buffer.latest().size() == 100);
-  }
-}
-
 }  // namespace tendril::rt::triple_buffer_test
