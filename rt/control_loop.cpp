@@ -2,8 +2,6 @@
 
 #include <span>
 
-#include "hal/bus/wire.h"
-
 namespace tendril::rt {
 namespace {
 
@@ -48,12 +46,12 @@ void fill(Feedback& feedback, int64_t now_ns, const hal::Measurement& measuremen
 }  // namespace
 
 ControlLoop::ControlLoop(hal::Bus& bus, hal::DriveMaster& drives, ControlLaw& law, Channels& channels)
-    : bus_(bus), drives_(drives), law_(law), channels_(channels) {}
+    : bus_(bus), drives_(drives), law_(law), channels_(channels), wire_(drives.wire()) {}
 
 const hal::Measurement& ControlLoop::read(const CycleStart& start) noexcept {
   const int count = bus_.receive(arrived_);
   for (int k = 0; k < count; ++k) drives_.receive(arrived_[k], arrived_[k].stamp_ns);
-  record_.bus_bits = bits_of(drives_.wire(), std::span(arrived_).first(count));
+  record_.bus_bits = bits_of(wire_, std::span(arrived_).first(count));
   return drives_.measure(bus_.health(), start.woken_ns);
 }
 
@@ -73,7 +71,7 @@ TraceRecord& ControlLoop::write(const hal::Measurement& measurement, const Decis
   frames_.clear();
   drives_.command(decision.command, start.woken_ns, frames_);
   // What the queue cannot take is counted by the bus.
-  if (bus_.send(frames_) == hal::SendResult::kSent) record_.bus_bits += bits_of(drives_.wire(), frames_);
+  if (bus_.send(frames_) == hal::SendResult::kSent) record_.bus_bits += bits_of(wire_, frames_);
 
   fill(channels_.feedback.back(), start.intended_ns, measurement, decision);
   channels_.feedback.publish();

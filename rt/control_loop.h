@@ -5,6 +5,7 @@
 
 #include "hal/bus/bus.h"
 #include "hal/bus/frame_batch.h"
+#include "hal/bus/wire.h"
 #include "hal/drive/drives.h"
 #include "rt/channels.h"
 #include "rt/control_law.h"
@@ -48,6 +49,7 @@ class ControlLoop {
   const Snapshot* snapshot_ = nullptr;  // this cycle's
   std::array<hal::Frame, hal::kMaxWaiting> arrived_;
   hal::FrameBatch frames_;
+  hal::Wire wire_;
   TraceRecord record_;
 };
 

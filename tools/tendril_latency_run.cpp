@@ -169,8 +169,7 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   LatencyFacts facts;
   const auto robot = app::build_model(config);
   const rt::EffectorVector rest = app::rest_of_effectors(*robot);
-  if (!config.control.iteration_cap)
-    config.control.iteration_cap = app::judge_qp(config, app::time_iteration(*robot, config)).cap;
+  const rt::ControllerConfig limits = app::controller_config_for_this_machine(*robot, config);
   facts.memory_locked = app::lock_memory(options.allow_non_rt);
   const auto idle_latency_limit = app::limit_idle_latency(config.control.idle_latency);
   facts.idle_latency_held = idle_latency_limit != nullptr;
@@ -178,7 +177,7 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   const DriveBench bench(config, options);
   auto master = hal::make_master(app::master_config(config));
   const auto bus = hal::open_bus(bench.bus(), hal::BusRole::kJoin, master->identifiers());
-  app::ControlStack stack(app::controller_config(config), std::move(master), *bus);
+  app::ControlStack stack(limits, std::move(master), *bus);
   rt::Channels& channels = *stack.channels;
   app::ModelThread model(*robot, config, channels);
   rt::ControlThread control({"control", options.priority, options.cpu}, app::rights_of(options.allow_non_rt),
@@ -188,10 +187,8 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
 
   std::optional<app::Motion> motion;
   facts.seconds = Watch(channels, options, stages, tell).run([&] {
-    if (config.motion && channels.run_starts.fresh()) {
-      const rt::RunStart& start = channels.run_starts.latest();
-      motion.emplace(config, rest, start.p_e, start.stamp_ns);
-    }
+    if (config.motion && channels.run_starts.fresh())
+      motion.emplace(config, rest, channels.run_starts.latest());
     if (!motion) return;
     channels.targets.back() = motion->at(rt::now_ns());
     channels.targets.publish();

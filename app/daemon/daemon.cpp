@@ -28,13 +28,6 @@ namespace {
 
 constexpr auto kHousekeepingInterval = std::chrono::milliseconds(5);
 
-/// Limits of the control law, with the iteration cap that this machine affords.
-rt::ControllerConfig affordable_law(const Robot& robot, const Config& config) {
-  rt::ControllerConfig law = controller_config(config);
-  if (!config.control.iteration_cap) law.iteration_cap = judge_qp(config, time_iteration(robot, config)).cap;
-  return law;
-}
-
 void log_start(const Config& config, const hal::Bus& bus) {
   const size_t m = config.actuators.size();
   spdlog::info("{}: {} on {}", config.robot, m == 1 ? "one actuator" : fmt::format("{} actuators", m),
@@ -53,7 +46,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   std::optional<RunRecorder> recorder;
   if (!options.report.empty()) recorder.emplace(config, options.report);
 
-  const rt::ControllerConfig law = affordable_law(*robot, config);
+  const rt::ControllerConfig law = controller_config_for_this_machine(*robot, config);
   auto master = hal::make_master(master_config(config));
   const auto bus = hal::open_bus(options.bus.empty() ? config.bus.name : options.bus, hal::BusRole::kJoin,
                                  master->identifiers());

@@ -47,7 +47,7 @@ void Housekeeping::begin_run() {
   if (!channels_.run_starts.fresh()) return;
   const rt::RunStart& start = channels_.run_starts.latest();
   running_since_ns_ = start.stamp_ns;
-  if (config_.motion) motion_.emplace(config_, rest_, start.p_e, start.stamp_ns);
+  if (config_.motion) motion_.emplace(config_, rest_, start);
 }
 
 void Housekeeping::send_target(int64_t now_ns) {

@@ -16,16 +16,15 @@ rt::EffectorVector goal_at(const Config& config, const Eigen::Vector3d& waypoint
   return goal;
 }
 
-Motion::Motion(const Config& config, const rt::EffectorVector& rest, const rt::EffectorVector& start,
-               int64_t start_ns)
-    : speed_(config.motion->speed), closed_(config.motion->closed), start_ns_(start_ns) {
+Motion::Motion(const Config& config, const rt::EffectorVector& rest, const rt::RunStart& start)
+    : speed_(config.motion->speed), closed_(config.motion->closed), start_ns_(start.stamp_ns) {
   const auto rows = effector_rows(config);
   positions_.resize(rest.size());
   for (size_t r = 0; r < rows.size(); ++r) positions_[r] = rows[r].is_position() ? 1 : 0;
   std::vector<rt::EffectorVector> waypoints;
   for (const Eigen::Vector3d& waypoint : config.motion->waypoints)
     waypoints.push_back(goal_at(config, waypoint, rest));
-  approach_ = leg(start, waypoints.front());
+  approach_ = leg(start.p_e, waypoints.front());
   path_start_ns_ = start_ns_ + approach_.duration_ns;
   for (size_t k = 1; k < waypoints.size(); ++k) path_.push_back(leg(waypoints[k - 1], waypoints[k]));
   if (closed_ || path_.empty()) path_.push_back(leg(waypoints.back(), waypoints.front()));

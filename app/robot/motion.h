@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "app/config/config.h"
+#include "rt/channels.h"
 #include "rt/target.h"
 
 namespace tendril::app {
@@ -20,11 +21,9 @@ rt::EffectorVector goal_at(const Config& config, const Eigen::Vector3d& waypoint
 /// and stay there.
 class Motion {
  public:
-  /// @param rest      where the coordinates of the other effectors stay, e, m or m³
-  /// @param start     all controlled coordinates, e, m or m³
-  /// @param start_ns  when the approach begins
-  Motion(const Config& config, const rt::EffectorVector& rest, const rt::EffectorVector& start,
-         int64_t start_ns);
+  /// @param rest   where the coordinates of the other effectors stay, e, m or m³
+  /// @param start  when the approach begins, and from where
+  Motion(const Config& config, const rt::EffectorVector& rest, const rt::RunStart& start);
 
   /// The straight piece of the path at an instant, stamped with it.
   rt::Target at(int64_t now_ns) const;

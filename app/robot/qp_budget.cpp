@@ -102,4 +102,11 @@ QpBudget judge_qp(const Config& config, double iteration_s) {
   return budget;
 }
 
+rt::ControllerConfig controller_config_for_this_machine(const Robot& robot, const Config& config) {
+  rt::ControllerConfig limits = controller_config(config);
+  if (!config.control.iteration_cap)
+    limits.iteration_cap = judge_qp(config, time_iteration(robot, config)).cap;
+  return limits;
+}
+
 }  // namespace tendril::app

@@ -27,4 +27,10 @@ double time_iteration(const Robot& robot, const Config& config);
 /// actuator Real-time: no (allocates).
 QpBudget judge_qp(const Config& config, double iteration_s);
 
+/// Limits of the controller as the robot file gives them, with the iteration cap that this machine has time
+/// for.
+/// @throws ConfigError as the two functions above
+/// Real-time: no.
+rt::ControllerConfig controller_config_for_this_machine(const Robot& robot, const Config& config);
+
 }  // namespace tendril::app

@@ -142,10 +142,8 @@ void VirtualRig::control() {
   late_in_a_row_ = late ? late_in_a_row_ + 1 : 0;
   if (late) --overruns_;
   trace_.push_back(record);
-  if (config_.motion && stack_.channels->run_starts.fresh()) {
-    const rt::RunStart& start = stack_.channels->run_starts.latest();
-    motion_.emplace(config_, rest_, start.p_e, start.stamp_ns);
-  }
+  if (config_.motion && stack_.channels->run_starts.fresh())
+    motion_.emplace(config_, rest_, stack_.channels->run_starts.latest());
   if (refresh_due_) begin_refresh();
   refresh_due_ = false;
 }

@@ -58,7 +58,7 @@ struct Recording {
   RobotFile folder{""};
   Config config = straight();
   RunRecorder recorder;
-  Motion motion{config, rt::EffectorVector::Zero(2), rt::EffectorVector::Zero(2), kStart_ns};
+  Motion motion{config, rt::EffectorVector::Zero(2), {kStart_ns, rt::EffectorVector::Zero(2)}};
   std::unique_ptr<rt::LoopCounts> counts = std::make_unique<rt::LoopCounts>();
 };
 
@@ -175,7 +175,7 @@ TEST_CASE("Coordinates from several sensors make one error, each at its own inst
       {{.name = "scale", .signals = std::vector<hal::Signal>(1)}, {{.effector = 0, .axis = 2}}}};
   const RobotFile folder("");
   RunRecorder recorder(config, folder.folder());
-  const Motion motion(config, rt::EffectorVector::Zero(2), rt::EffectorVector::Zero(2), kStart_ns);
+  const Motion motion(config, rt::EffectorVector::Zero(2), {kStart_ns, rt::EffectorVector::Zero(2)});
   rt::TraceRecord record;
   record.phase = rt::Phase::kRunning;
   record.intended_ns = kStart_ns + 300 * kMillisecond_ns;
@@ -263,8 +263,8 @@ TEST_CASE("What is not known in a cycle is an empty cell, what is known stands i
 
 TEST_CASE("The way to the path and the path itself have phases of their own in the trace", "[unit]") {
   Recording run;
-  const Motion motion(run.config, rt::EffectorVector::Zero(2), rt::EffectorVector::Constant(2, 0.01),
-                      kStart_ns);  // 1414 ms away
+  const Motion motion(run.config, rt::EffectorVector::Zero(2),
+                      {kStart_ns, rt::EffectorVector::Constant(2, 0.01)});  // 1414 ms away
   for (const int ms : {0, 1400, 1430}) run.recorder.add(run.cycle(ms), ms == 0 ? nullptr : &motion);
   rt::TraceRecord disabling = run.cycle(1440);
   disabling.phase = rt::Phase::kDisabling;

@@ -35,7 +35,7 @@ double distance(const EffectorVector& a, const EffectorVector& b) { return (a - 
 
 TEST_CASE("The approach leads from where the effectors are to the first waypoint at the path's speed",
           "[unit]") {
-  const Motion motion(triangle(true), kRest, kRest, kStart_ns);
+  const Motion motion(triangle(true), kRest, {kStart_ns, kRest});
   CHECK(motion.path_start_ns() == kStart_ns + kApproach_ns);
   CHECK(distance(motion.at(kStart_ns).position, kRest) < kRounding);
   const EffectorVector half = vector({0, 0.003, 0.104, -0.05});
@@ -45,7 +45,7 @@ TEST_CASE("The approach leads from where the effectors are to the first waypoint
 
 TEST_CASE("A path passes its waypoints at the instants that its speed gives", "[unit]") {
   const bool closed = GENERATE(true, false);
-  const Motion motion(triangle(closed), kRest, kRest, kStart_ns);
+  const Motion motion(triangle(closed), kRest, {kStart_ns, kRest});
   const auto at_s = [&](double seconds) {
     return motion.at(motion.path_start_ns() + std::llround(1e9 * seconds)).position;
   };
@@ -56,7 +56,7 @@ TEST_CASE("A path passes its waypoints at the instants that its speed gives", "[
 
 TEST_CASE("A path moves at constant speed without a jump, also over corners and from round to round",
           "[unit]") {
-  const Motion motion(triangle(true), kRest, kRest, kStart_ns);
+  const Motion motion(triangle(true), kRest, {kStart_ns, kRest});
   const double stride = kSpeed * 1e-9 * static_cast<double>(kStep_ns);
   double longest = 0, slowest = kSpeed, fastest = kSpeed;
   for (int64_t t = kStart_ns; t < kStart_ns + 14 * kSecond_ns; t += kStep_ns) {
@@ -71,7 +71,7 @@ TEST_CASE("A path moves at constant speed without a jump, also over corners and 
 }
 
 TEST_CASE("A closed path goes round for ever", "[unit]") {
-  const Motion motion(triangle(true), kRest, kRest, kStart_ns);
+  const Motion motion(triangle(true), kRest, {kStart_ns, kRest});
   constexpr int64_t kRound_ns = 6 * kSecond_ns;
   for (const double share : {0.0, 0.1, 0.4, 0.7, 0.99}) {
     const int64_t t = motion.path_start_ns() + std::llround(share * static_cast<double>(kRound_ns));
@@ -82,7 +82,7 @@ TEST_CASE("A closed path goes round for ever", "[unit]") {
 }
 
 TEST_CASE("An open path ends at its last waypoint and stays", "[unit]") {
-  const Motion motion(triangle(false), kRest, kRest, kStart_ns);
+  const Motion motion(triangle(false), kRest, {kStart_ns, kRest});
   const EffectorVector end = vector({0.03, 0.04, 0.1, -0.05});
   for (const int64_t later_ns : {int64_t{0}, kSecond_ns, 1000 * kSecond_ns}) {
     const rt::Target target = motion.at(motion.path_start_ns() + 3'500'000'000 + later_ns);
@@ -94,7 +94,7 @@ TEST_CASE("An open path ends at its last waypoint and stays", "[unit]") {
 TEST_CASE("A path of one waypoint ends there, open or closed", "[unit]") {
   Config config = triangle(GENERATE(true, false));
   config.motion->waypoints.resize(1);
-  const Motion motion(config, kRest, kRest, kStart_ns);
+  const Motion motion(config, kRest, {kStart_ns, kRest});
   for (const int64_t later_ns : {int64_t{0}, kStep_ns, 100 * kSecond_ns}) {
     const rt::Target target = motion.at(motion.path_start_ns() + later_ns);
     CHECK(distance(target.at(target.stamp_ns + kSecond_ns), vector({0, 0, 0.1, -0.05})) < kRounding);
@@ -104,7 +104,7 @@ TEST_CASE("A path of one waypoint ends there, open or closed", "[unit]") {
 TEST_CASE("A target runs on to the end of its leg and never past it, however late the next one comes",
           "[unit]") {
   const bool closed = GENERATE(true, false);
-  const Motion motion(triangle(closed), kRest, kRest, kStart_ns);
+  const Motion motion(triangle(closed), kRest, {kStart_ns, kRest});
   for (int64_t t = kStart_ns; t < kStart_ns + 10 * kSecond_ns; t += 97 * kStep_ns) {
     const rt::Target target = motion.at(t);
     CAPTURE(closed, t - kStart_ns);
@@ -127,7 +127,7 @@ TEST_CASE("Coordinates of other effectors go to rest on the approach and stay th
   EffectorVector start = kRest;
   start[1] = 0;
   start[2] = 0.106;  // 6 mm from the first waypoint, and 8 mm aside with the other effector
-  const Motion motion(triangle(true), rest, start, kStart_ns);
+  const Motion motion(triangle(true), rest, {kStart_ns, start});
   CHECK(motion.path_start_ns() == kStart_ns + kApproach_ns);  // 10 mm in all
   CHECK(motion.at(kStart_ns + kApproach_ns / 2).position[3] == Approx(-0.046));
   for (int64_t t = motion.path_start_ns(); t < kStart_ns + 8 * kSecond_ns; t += 97 * kStep_ns)
@@ -142,7 +142,7 @@ TEST_CASE("The volume of a cavity goes to rest with the approach and does not co
   rest[3] = 20e-6;
   EffectorVector start = kRest;
   start[3] = 5.0;  // m³
-  const Motion motion(config, rest, start, kStart_ns);
+  const Motion motion(config, rest, {kStart_ns, start});
   CHECK(motion.path_start_ns() == kStart_ns + kApproach_ns);
   CHECK(motion.at(motion.path_start_ns()).position[3] == 20e-6);
 }
@@ -152,7 +152,7 @@ TEST_CASE("The effector that the motion names follows the waypoints, the first o
   config.effectors = {{"tip", {}, {true, false, false}, {}, {1}},
                       {"knee", {}, {true, true, true}, {}, {1, 1, 1}}};
   config.motion->effector = 1;
-  const Motion motion(config, kRest, kRest, kStart_ns);
+  const Motion motion(config, kRest, {kStart_ns, kRest});
   const EffectorVector end = motion.at(kStart_ns + 100 * kSecond_ns).position;
   CHECK(distance(end, vector({kRest[0], 0.03, 0.04, 0.1})) < kRounding);
 }
@@ -160,7 +160,7 @@ TEST_CASE("The effector that the motion names follows the waypoints, the first o
 TEST_CASE("Only the controlled coordinates of a waypoint count", "[unit]") {
   Config config = triangle(false);
   config.effectors = {{"tip", {}, {true, false, true}, {}, {1, 1}}};
-  const Motion motion(config, vector({0, 0.1}), vector({0, 0.1}), kStart_ns);
+  const Motion motion(config, vector({0, 0.1}), {kStart_ns, vector({0, 0.1})});
   CHECK(motion.path_start_ns() == kStart_ns);
   const EffectorVector end = motion.at(kStart_ns + 100 * kSecond_ns).position;
   CHECK(distance(end, vector({0.03, 0.1})) < kRounding);
