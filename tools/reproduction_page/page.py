@@ -120,7 +120,7 @@ def rates_table(results):
              lambda run: "{} / {} µs".format(*(round(run["cycle_us"][key]) for key in ("p50", "max")))),
             ("scheduling", "–", lambda run: run["scheduling"]),
             ("bus", "–", lambda run: "a local socket" if "local" in run["bus"] else run["bus"]),
-            ("faults", "–", lambda run: "; ".join(run["faults"]) or "none")):
+            ("faults", "–", lambda run: "; ".join(run["faults"] + run["warnings"]) or "none")):
         rows += f"<tr><td>{what}</td>{cell(papers, 'papers')}{''.join(cell(value(r)) for r in real_time['runs'])}</tr>"
     return ('<table><tr><th></th><th class="papers">the paper</th><th>model throttled to 15 Hz</th>'
             f"<th>model as fast as it can</th></tr>{rows}</table>")

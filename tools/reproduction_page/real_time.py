@@ -16,6 +16,7 @@ def roughness(trace, rate):
 def figures(what, folder):
     """The figures of a report folder, ready for JSON."""
     summary = read_summary(folder)
-    kept = ("bus", "control_rate_hz", "model_rate_hz", "cycles", "late_cycles", "wakeup_us", "cycle_us", "faults")
+    kept = ("bus", "control_rate_hz", "model_rate_hz", "cycles", "late_cycles", "wakeup_us", "cycle_us", "faults",
+            "warnings")
     return {"run": what, **{key: summary[key] for key in kept}, "error_mm": summary["tracking_error_mm"],
             "scheduling": summary["rt"]["policy"], "roughness_mm_s2": roughness(Trace(folder), summary["control_rate_hz"])}

@@ -77,8 +77,10 @@ def table(title, rows):
 
 def write(folder, summary, trace, pictures):
     """Writes folder/report.html with the pictures inside it; returns its path."""
-    faults = "".join(f"<br>{escape(fault)}" for fault in summary["faults"])
+    faults, warnings = ("".join(f"<br>{escape(each)}" for each in summary[key]) for key in ("faults", "warnings"))
     verdict = f"<b>The run ended with a fault.</b>{faults}" if faults else escape(sentence(summary, trace))
+    if warnings:
+        verdict += f"<br><b>It got over:</b>{warnings}"
     boxes = "".join(f'<div class="tile"><b>{escape(value)}</b><span>{escape(what)}</span></div>'
                     for value, what in tiles(summary))
     shown = "".join(

@@ -9,7 +9,7 @@ import numpy as np
 
 SUMMARY_KEYS = ("robot", "nodes", "tetrahedra", "actuators", "effector_dofs", "bus", "control_rate_hz", "duration_s",
                 "cycles", "late_cycles", "model_refreshes", "model_rate_hz", "tracking_error_mm", "model_error_mm",
-                "effort_error", "sensors", "qp", "rt", "faults")
+                "effort_error", "sensors", "qp", "rt", "faults", "warnings")
 TEXT_COLUMNS = ("phase", "qp_status")
 AXES = ("x", "y", "z")
 
@@ -146,6 +146,8 @@ def sentence(summary, trace):
         what = f"The tip of the {summary['robot']} followed {shape} for {seconds[-1] - seconds[0]:.0f} s"
     mean = (summary["tracking_error_mm"] or {}).get("mean")
     error = f"{mean:.1f} mm mean error" if mean is not None else "error not measured"
-    cycles, faults = summary["cycles"], summary["faults"]
-    fault = "no fault" if not faults else f"{len(faults)} fault{'s' * (len(faults) > 1)} ({faults[0]})"
+    cycles, faults, warnings = summary["cycles"], summary["faults"], summary["warnings"]
+    fault = f"ended by a fault ({'; '.join(faults)})" if faults else "no fault"
+    if warnings:
+        fault += f", {len(warnings)} warning{'s' * (len(warnings) > 1)} ({warnings[0]})"
     return f"{what}: {error}, {count(cycles - summary['late_cycles'])} of {count(cycles)} cycles on time, {fault}."
