@@ -45,6 +45,8 @@ void fill(Feedback& feedback, int64_t now_ns, const hal::Measurement& measuremen
 
 }  // namespace
 
+const hal::Measurement ControlLoop::kNothing{};
+
 ControlLoop::ControlLoop(hal::Bus& bus, hal::DriveMaster& drives, ControlLaw& law, Channels& channels)
     : bus_(bus), drives_(drives), law_(law), channels_(channels), wire_(drives.wire()) {}
 
@@ -52,7 +54,8 @@ const hal::Measurement& ControlLoop::read(const CycleStart& start) noexcept {
   const int count = bus_.receive(arrived_);
   for (int k = 0; k < count; ++k) drives_.receive(arrived_[k], arrived_[k].stamp_ns);
   record_.bus_bits = bits_of(wire_, std::span(arrived_).first(count));
-  return drives_.measure(bus_.health(), start.woken_ns);
+  measured_ = &drives_.measure(bus_.health(), start.woken_ns);
+  return *measured_;
 }
 
 const Decision& ControlLoop::solve(const hal::Measurement& measurement, const CycleStart& start) noexcept {

@@ -36,16 +36,22 @@ class ControlLoop {
   TraceRecord& write(const hal::Measurement& measurement, const Decision& decision,
                      const CycleStart& start) noexcept;
 
+  /// What was measured last. Not while another thread runs the loop. Real-time: yes.
+  const hal::Measurement& measurement() const noexcept { return *measured_; }
+
   /// Cycles on the clock's grid until the run has stopped, tracing every one.
   /// @param counts  filled by the time it returns
   /// Real-time: the control thread itself.
   void run(PeriodicClock& clock, LoopCounts& counts) noexcept;
 
  private:
+  static const hal::Measurement kNothing;
+
   hal::Bus& bus_;
   hal::DriveMaster& drives_;
   ControlLaw& law_;
   Channels& channels_;
+  const hal::Measurement* measured_ = &kNothing;
   const Snapshot* snapshot_ = nullptr;  // this cycle's
   std::array<hal::Frame, hal::kMaxWaiting> arrived_;
   hal::FrameBatch frames_;

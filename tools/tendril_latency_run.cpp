@@ -166,6 +166,9 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   config.control.model_rate_limit_hz = options.model_rate_limit;
   config.control.late_cycles_limit = std::numeric_limits<int>::max();
   config = app::with_drives_only(config);
+  // Where this machine stalls the simulated drives, they lag behind.
+  for (app::ActuatorConfig& actuator : config.actuators)
+    if (!actuator.follows_effort()) actuator.drive.following_error = 1;
   LatencyFacts facts;
   const auto robot = app::build_model(config);
   const rt::EffectorVector rest = app::rest_of_effectors(*robot);

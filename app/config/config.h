@@ -173,6 +173,7 @@ struct ServoConfig {
   std::optional<double> position_gain;      // 1/s; none: as drives of the protocol are delivered
   double force_limit = 2;                   // largest efforts of the actuator
   std::optional<double> friction;  // of the force limit, at top speed, with efforts; none: hal::ServoTuning's
+  bool left_enabled = false;       // at power-on, as another controller left them
   std::any protocol_settings;      // settings of the protocol, see hal::DriveProtocol::read_simulation
 };
 

@@ -13,6 +13,9 @@ std::function<void(Reader&, hal::AxisConfig&)> drive_of(const SpokenProtocol& pr
     r.may("setpoint", drive.set_point,
           Words<hal::SetPoint>{{"displacement", hal::SetPoint::kDisplacement},
                                {"effort", hal::SetPoint::kEffort}});
+    r.may("following_error", drive.following_error, dimension, kPositive);
+    if (drive.set_point == hal::SetPoint::kEffort && drive.following_error > 0)
+      r.at("following_error").fail("no such key, as drive.setpoint is effort");
     read_protocol_keys(r, protocol.known, protocol.spoken, drive,
                        [dimension](const hal::DriveProtocol& its, hal::Settings& section,
                                    hal::AxisConfig& axis) { its.read_drive(section, dimension, axis); });

@@ -115,6 +115,7 @@ void read_servo(Reader& r, ServoConfig& servo, const SpokenProtocol& protocol) {
   r.may("position_gain", servo.position_gain, Dimension::kInverseTime, Range{.above = 0, .at_most = 1000});
   r.may("force_limit", servo.force_limit, Dimension::kNumber, kPositive);
   r.may("friction", servo.friction, Dimension::kNumber, Range{.above = 0, .at_most = 1});
+  r.may("left_enabled", servo.left_enabled);
   read_protocol_keys(r, protocol.known, protocol.spoken, servo.protocol_settings,
                      [](const hal::DriveProtocol& its, hal::Settings& section, std::any& protocol_settings) {
                        its.read_simulation(section, protocol_settings);

@@ -21,6 +21,7 @@
 #include "app/robot/robot.h"
 #include "hal/bus/open_bus.h"
 #include "hal/drive/drive_protocol.h"
+#include "hal/drive/supervisor.h"
 #include "rt/control_thread.h"
 
 namespace tendril::app {
@@ -71,14 +72,17 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   model.stop();
 
   const rt::LoopCounts& counts = control.counts();
-  const std::string reason = stack.stop_reason(config);
+  std::string reason = stack.stop_reason(config);
+  const hal::Measurement& last = stack.loop.measurement();
+  const std::string power = hal::describe_power(master_config(config), last);
+  if (!power.empty()) reason += (reason.empty() ? "" : "; ") + power;
   if (!reason.empty()) {
     service.status("stopped: " + reason);
     spdlog::error("stopped: {}", reason);
   }
-  spdlog::info("drives disabled; {} cycles, {} late, {:.3f} % on time; {} model refreshes, {} failed",
-               counts.cycles, counts.late_cycles, 100 * counts.success_rate(), model.refreshes(),
-               model.failures());
+  if (power.empty() && last.fault.kind != hal::FaultKind::kOtherMaster) spdlog::info("drives disabled");
+  spdlog::info("{} cycles, {} late, {:.3f} % on time; {} model refreshes, {} failed", counts.cycles,
+               counts.late_cycles, 100 * counts.success_rate(), model.refreshes(), model.failures());
   if (recorder) {
     recorder->finish({.nodes = robot->model.mesh().node_count(),
                       .tetrahedra = robot->model.mesh().tet_count(),

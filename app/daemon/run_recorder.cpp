@@ -55,6 +55,7 @@ void RunRecorder::finish(const RunFacts& facts, const rt::LoopCounts& counts) {
   summary["tracking_error_mm"] = statistics_.tracking_error_mm();
   summary["model_error_mm"] = statistics_.model_error_mm();
   summary["effort_error"] = statistics_.effort_error();
+  summary["following_error"] = statistics_.following_error();
   summary["sensors"] = statistics_.sensors();
   summary["qp"] = statistics_.qp();
   summary["qp"]["cap"] = facts.iteration_cap;
@@ -68,7 +69,7 @@ void RunRecorder::finish(const RunFacts& facts, const rt::LoopCounts& counts) {
   summary["bus_dropped"] = facts.bus_dropped;
   summary["faults"] = nlohmann::ordered_json::array();
   if (!facts.stop_reason.empty()) summary["faults"].push_back(facts.stop_reason);
-  for (std::string& fault : statistics_.faults()) summary["faults"].push_back(std::move(fault));
+  summary["warnings"] = statistics_.warnings();
 
   std::ofstream out(directory_ / "summary.json");
   out << summary.dump(2) << '\n';

@@ -7,7 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "app/config/master_config.h"
 #include "app/robot/robot.h"
+#include "hal/drive/following_monitor.h"
 
 namespace tendril::app {
 namespace {
@@ -34,7 +36,8 @@ RunStatistics::RunStatistics(const Config& config)
       signals_(config),
       watch_(config),
       effector_coordinates_(static_cast<int>(effector_rows(config).size())),
-      effort_errors_(config.actuators.size()) {}
+      effort_errors_(config.actuators.size()),
+      following_errors_(config.actuators.size()) {}
 
 void RunStatistics::add(const rt::TraceRecord& record, const Motion* motion) {
   watch_.add(record);
@@ -55,6 +58,8 @@ void RunStatistics::add(const rt::TraceRecord& record, const Motion* motion) {
     while (recent_.front().stamp_ns < record.intended_ns - kMemory_ns) recent_.pop_front();
     if (motion) add_tip_error(record, *motion);
     add_effort_errors(record);
+    for (std::size_t a = 0; a < following_errors_.size(); ++a)
+      following_errors_[a] = std::max(following_errors_[a], std::abs(record.command[a] - record.measured[a]));
   }
   new_samples_.pass(record);
 }
@@ -126,6 +131,20 @@ nlohmann::ordered_json RunStatistics::effort_error() const {
   return result;
 }
 
+nlohmann::ordered_json RunStatistics::following_error() const {
+  auto result = nlohmann::ordered_json::object();
+  const hal::MasterConfig drives = master_config(config_);
+  for (std::size_t a = 0; a < following_errors_.size(); ++a) {
+    const ActuatorConfig& actuator = config_.actuators[a];
+    if (actuator.follows_effort()) continue;
+    const hal::DisplacementUnit unit = displacement_unit(actuator);
+    result[actuator.name] = {{"max", unit.per_si * following_errors_[a]},
+                             {"limit", unit.per_si * hal::following_error_limit(drives.axes[a])},
+                             {"unit", unit.name}};
+  }
+  return result;
+}
+
 nlohmann::ordered_json RunStatistics::sensors() const {
   auto result = nlohmann::ordered_json::object();
   for (std::size_t s = 0; s < config_.sensors.size(); ++s) {
@@ -139,7 +158,7 @@ nlohmann::ordered_json RunStatistics::qp() const {
   return {{"iterations_max", iterations_max_}, {"statuses", statuses_}};
 }
 
-std::vector<std::string> RunStatistics::faults() const {
+std::vector<std::string> RunStatistics::warnings() const {
   std::vector<std::string> result;
   for (const rt::FaultRule& rule : rt::kFaultTable)
     if (const auto cycles = fault_cycles_[static_cast<size_t>(rule.fault)];

@@ -36,9 +36,10 @@ class RunStatistics {
   nlohmann::json tracking_error_mm() const;
   nlohmann::json model_error_mm() const;
   nlohmann::ordered_json effort_error() const;
+  nlohmann::ordered_json following_error() const;
   nlohmann::ordered_json sensors() const;
   nlohmann::ordered_json qp() const;
-  std::vector<std::string> faults() const;  ///< those that did not end the run, a sentence each
+  std::vector<std::string> warnings() const;  ///< faults that did not end the run, a sentence each
 
  private:
   struct ModelPoint {
@@ -61,6 +62,7 @@ class RunStatistics {
   std::array<int64_t, 3> compared_ns_{};  // last samples of the tip's coordinates that count
   std::vector<double> tracking_mm_, model_mm_;
   std::vector<std::vector<double>> effort_errors_;  // N or Pa, one list an actuator
+  std::vector<double> following_errors_;            // the largest of each actuator, m or m³
   std::optional<double> last_error_mm_;
   std::map<std::string, int64_t> statuses_;
   std::array<int64_t, rt::kFaultKinds> fault_cycles_{};

@@ -19,6 +19,7 @@
 #include "app/robot/robot.h"
 #include "hal/bus/open_bus.h"
 #include "hal/drive/drive_protocol.h"
+#include "hal/drive/supervisor.h"
 #include "rt/channels.h"
 #include "rt/control_loop.h"
 #include "rt/control_thread.h"
@@ -149,7 +150,8 @@ int run_jog(const JogOptions& options) {
   const ActuatorConfig& actuator = config.actuators[index];
   Jog jog(jog_config(options, actuator, 1 / config.control.rate_hz));
   lock_memory(options.allow_non_rt);
-  const auto master = hal::make_master(only_axis(master_config(config), index));
+  const hal::MasterConfig drives = only_axis(master_config(config), index);
+  const auto master = hal::make_master(drives);
   const auto bus = hal::open_bus(options.bus.empty() ? config.bus.name : options.bus, hal::BusRole::kJoin,
                                  master->identifiers());
   const auto channels = std::make_unique<rt::Channels>();
@@ -166,9 +168,10 @@ int run_jog(const JogOptions& options) {
   control.join();
   display.drain();
 
-  const bool arrived = jog.ending() == Jog::Ending::kArrived;
+  const std::string power = hal::describe_power(drives, loop.measurement());
+  const bool arrived = jog.ending() == Jog::Ending::kArrived && power.empty();
   const double measured = display.measured();
-  const std::string text = verdict(jog, *master, actuator, measured);
+  const std::string text = verdict(jog, *master, actuator, measured) + (power.empty() ? "" : "; " + power);
   if (options.json)
     fmt::print("{}\n", nlohmann::ordered_json{{"actuator", actuator.name},
                                               {"arrived", arrived},

@@ -29,6 +29,7 @@ hal::SimulatedActuator simulated(const ActuatorConfig& actuator, const ServoConf
           .force_limit = largest_effort > 0 ? servo.force_limit * largest_effort : kUnlimited,
           .acceleration_time = servo.acceleration_time.value_or(hal::ServoTuning{}.acceleration_time),
           .friction = servo.friction.value_or(hal::ServoTuning{}.friction),
+          .left_enabled = servo.left_enabled,
           .position_gain = servo.position_gain,
           .protocol_settings = servo.protocol_settings};
 }

@@ -13,9 +13,10 @@ uint32_t value_of(std::string_view bytes) noexcept {
 
 uint32_t bits_of(int size) noexcept { return size == 0 || size >= 4 ? 0xFFFF'FFFF : (1u << (8 * size)) - 1; }
 
-bool is_tolerated(Tolerance tolerance, uint32_t abort) noexcept {
-  return tolerance == Tolerance::kAny ||
-         (tolerance == Tolerance::kMissingObject && abort == static_cast<uint32_t>(SdoAbort::kNoObject));
+bool is_write_only(uint32_t abort) noexcept { return abort == static_cast<uint32_t>(SdoAbort::kWriteOnly); }
+
+bool is_tolerated(Tolerance tolerance, bool reads) noexcept {
+  return tolerance == Tolerance::kAny || (tolerance == Tolerance::kUnreadable && reads);
 }
 
 }  // namespace
@@ -30,7 +31,7 @@ void SdoSequence::start(std::span<const SdoStep> steps) noexcept {
 
 void SdoSequence::begin_step() noexcept {
   attempt_ = 0;
-  value_differs_ = uploading_ = false;
+  value_differs_ = uploading_ = written_ = false;
   reads_ = request().kind == SdoRequest::Kind::kRead || steps_[at_].only_if_different;
 }
 
@@ -38,7 +39,7 @@ void SdoSequence::receive(const SdoAnswer& answer) noexcept {
   if (status_ != Status::kRunning || attempt_ == 0) return;
   if (uploading_) return upload_.receive(answer);
   if (reads_ || !(answer.object == request().object)) return;
-  if (answer.kind == SdoAnswer::Kind::kWritten) next_step();
+  if (answer.kind == SdoAnswer::Kind::kWritten) on_written();
   if (answer.kind == SdoAnswer::Kind::kAbort) refuse(answer.value);
 }
 
@@ -82,21 +83,29 @@ bool SdoSequence::uploads(int64_t now_ns, FrameBatch& out) noexcept {
   return false;
 }
 
+void SdoSequence::on_written() noexcept {
+  if (!steps_[at_].verify) return next_step();
+  written_ = reads_ = true;
+  attempt_ = 0;
+}
+
 void SdoSequence::judge(uint32_t value) noexcept {
   const SdoStep& step = steps_[at_];
   found_ = value;
-  if (step.only_if_different) {
-    if (((value ^ step.request.value) & bits_of(step.request.size)) == 0) return next_step();
+  const uint32_t bits = reads_back() ? step.mask & bits_of(step.request.size) : step.mask;
+  const bool differs = ((value ^ expected()) & bits) != 0;
+  if (!differs) return next_step();
+  if (reads_back() && !written_) {  // only_if_different
     reads_ = false;
     attempt_ = 0;
   } else {
-    value_differs_ = ((value ^ step.expected) & step.mask) != 0;
-    if (!value_differs_) next_step();
+    value_differs_ = true;
   }
 }
 
 void SdoSequence::refuse(uint32_t abort) noexcept {
-  if (is_tolerated(steps_[at_].tolerance, abort)) return next_step();
+  if (written_ && is_write_only(abort)) return next_step();
+  if (!written_ && is_tolerated(steps_[at_].tolerance, reads_)) return next_step();
   status_ = Status::kFailed;
   failure_ = abort;
 }

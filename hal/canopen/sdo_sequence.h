@@ -12,7 +12,7 @@ namespace tendril::hal {
 /// Which refusals of a step are tolerated.
 enum class Tolerance : uint8_t {
   kNone,
-  kMissingObject,  // the drive has no such object
+  kUnreadable,  // any to read it: the drive has no such object, or does not show it
   kAny
 };
 
@@ -22,14 +22,15 @@ struct SdoStep {
   uint32_t expected = 0;           // kRead: the value that the drive must have,
   uint32_t mask = 0xFFFF'FFFF;     // in these bits
   bool only_if_different = false;  // kWrite: read first, and written only if the value is different
+  bool verify = false;             // kWrite: read back, and must then be what was written, in the bits of `mask`
   Tolerance tolerance = Tolerance::kNone;
 };
 
 /// An SDO client for a list of transfers with one drive, one transfer at a time. No function waits.
 ///
 /// A transfer that is not answered in time is repeated; a late answer to the first request then counts for
-/// the second. A read of another value than expected counts as not answered. Values have four bytes at most,
-/// which a drive may also send in segments.
+/// the second. A read of another value than expected counts as not answered. What cannot be read back, as it is
+/// write-only, counts as written. Values have four bytes at most, which a drive may also send in segments.
 class SdoSequence {
  public:
   enum class Status : uint8_t { kRunning, kDone, kFailed };
@@ -56,15 +57,18 @@ class SdoSequence {
   /// The value of the last read. Real-time: yes.
   uint32_t found() const noexcept { return found_; }
 
-  /// kFailed: the step concerned. Real-time: yes.
+  /// kFailed: the step concerned, and the value that was expected where it read another. Real-time: yes.
   const SdoStep& step() const noexcept { return steps_[at_]; }
+  uint32_t expected() const noexcept { return reads_back() ? request().value : steps_[at_].expected; }
 
  private:
   const SdoRequest& request() const noexcept { return steps_[at_].request; }
+  bool reads_back() const noexcept { return request().kind == SdoRequest::Kind::kWrite; }
   void begin_step() noexcept;
   void next_step() noexcept;
   void send_request(int64_t now_ns, FrameBatch& out) noexcept;
   bool uploads(int64_t now_ns, FrameBatch& out) noexcept;
+  void on_written() noexcept;
   void judge(uint32_t value) noexcept;
   void refuse(uint32_t abort) noexcept;
 
@@ -76,6 +80,7 @@ class SdoSequence {
   Status status_ = Status::kDone;
   SdoUpload upload_;
   bool reads_ = false;      // the present transfer is an upload
+  bool written_ = false;    // the value of a step that is read back
   bool uploading_ = false;  // which has not ended
   int attempt_ = 0;         // of the present transfer; 0: not requested yet
   int64_t requested_ns_ = 0;

@@ -9,8 +9,7 @@ namespace tendril::hal {
 namespace {
 
 // Reads the error code; no value is expected.
-const SdoStep kReadErrorCode[] = {
-    {{SdoRequest::Kind::kRead, {0x603F, 0}, 0, 0}, 0, 0, false, Tolerance::kNone}};
+const SdoStep kReadErrorCode[] = {{.request = {SdoRequest::Kind::kRead, {0x603F, 0}, 0, 0}, .mask = 0}};
 
 /// Whether a fault ends the start-up of its drive.
 bool ends_startup(FaultKind kind) noexcept {
@@ -59,12 +58,14 @@ void Cia402Axis::supervise(int64_t now_ns, int64_t last_sync_ns) noexcept {
 }
 
 void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
-  if (!startup_.running())
+  if (!startup_.running()) {
     latch(startup_.advance(now_ns, sdo_, out));
-  else if (reads_error_code_)
+    if (startup_.power_is_off()) power_.confirm_off();
+  } else if (reads_error_code_) {
     read_error_code(now_ns, out);
-  else if (power_.preparing())
+  } else if (power_.preparing()) {
     latch(power_.prepare(now_ns, sdo_, out));
+  }
 }
 
 void Cia402Axis::read_error_code(int64_t now_ns, FrameBatch& out) noexcept {
@@ -76,18 +77,19 @@ void Cia402Axis::read_error_code(int64_t now_ns, FrameBatch& out) noexcept {
 void Cia402Axis::drive(Task task, bool may_begin, bool all_enabled, const AxisTarget& target, int64_t now_ns,
                        FrameBatch& out) noexcept {
   if (!startup_.running() || position_stamp_ns() == 0) return;
-  out.push(power_.command(task, faulty(), may_begin, all_enabled, target, now_ns, sdo_));
+  out.push(power_.command(task, faulty(), may_begin && monitors_us_, all_enabled, target, now_ns, sdo_));
 }
 
 void Cia402Axis::restart() noexcept {
   startup_.restart();
   power_.restart();
-  reads_error_code_ = false;
+  reads_error_code_ = monitors_us_ = false;
   fault_ = {};
 }
 
-void Cia402Axis::release(FrameBatch& out) noexcept {
-  if (!reads_error_code_) startup_.release(sdo_, out);
+/// Who restarted the drive may be another controller, which then has set it up.
+void Cia402Axis::release() noexcept {
+  if (!reads_error_code_) startup_.release(fault_.kind != FaultKind::kDriveRestarted, sdo_);
 }
 
 bool Cia402Axis::connected(int64_t last_sync_ns) const noexcept {
@@ -96,8 +98,9 @@ bool Cia402Axis::connected(int64_t last_sync_ns) const noexcept {
 }
 
 /// A drive whose state is not known stops by its own heartbeat consumer; no statusword will confirm that.
-bool Cia402Axis::disabled() const noexcept {
-  return !startup_.running() || is_loss_of_contact(fault_.kind) || power_.power_is_off();
+DrivePower Cia402Axis::power() const noexcept {
+  if (!power_.may_be_on()) return DrivePower::kOff;
+  return !startup_.running() || is_loss_of_contact(fault_.kind) ? DrivePower::kUnknown : DrivePower::kOn;
 }
 
 void Cia402Axis::latch(const DriveFault& fault) noexcept {

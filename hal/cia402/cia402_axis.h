@@ -44,9 +44,13 @@ class Cia402Axis {
   /// Starts again from the communication reset.
   void restart() noexcept;
 
-  /// Takes the drive, which is disabled, out of NMT operational and ends its heartbeat consumer, as soon as
-  /// the code of its fault is known. To be called until `finished`.
-  void release(FrameBatch& out) noexcept;
+  /// Releases the drive as Cia402Startup::release does, as soon as the code of its fault is known. To be called until
+  /// `finished`.
+  void release() noexcept;
+
+  /// Notes that the heartbeat of this master has been sent: drives begin to monitor it with the first one, and none is
+  /// enabled before that.
+  void on_heartbeat_sent() noexcept { monitors_us_ = monitors_us_ || startup_.synchronous(); }
 
   /// Whether set_up has more than a time-out to do, so that its turn matters.
   bool setting_up() const noexcept { return startup_.busy() || power_.preparing() || reads_error_code_; }
@@ -69,8 +73,8 @@ class Cia402Axis {
   /// Whether the drive was brought to "operation enabled" to follow targets and is there.
   bool enabled() const noexcept { return power_.enabled(); }
 
-  /// Whether nothing that is known says that the drive has power.
-  bool disabled() const noexcept;
+  /// What is known of its power stage.
+  DrivePower power() const noexcept;
 
   /// What the drive calls itself; once known it stays as it is.
   const DriveNames& names() const noexcept { return startup_.names(); }
@@ -96,6 +100,7 @@ class Cia402Axis {
   SdoSequence sdo_;
   Cia402Startup startup_;
   Cia402PowerControl power_;
+  bool monitors_us_ = false;
   bool reads_error_code_ = false;  // of a fault for which no EMCY has come
   DriveFault fault_;
 };

@@ -60,8 +60,6 @@ void check_axis(const MasterConfig& config, int i) {
   if (rpdo_cob_id(axis) > 0x7FF) refuse_drive(config, i, "rpdo_id", "a COB-ID of 11 bits");
   if (tpdo_cob_id(axis) > 0x7FF) refuse_drive(config, i, "tpdo_id", "a COB-ID of 11 bits");
   check_reference(config, i);
-  if (!(cia402_settings(axis).following_error >= 0))
-    refuse_drive(config, i, "following_error", "a window that is not negative");
   check_torques(config, i);
 }
 

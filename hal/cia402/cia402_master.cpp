@@ -1,12 +1,14 @@
 #include "hal/cia402/cia402_master.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "hal/canopen/canopen.h"
 #include "hal/canopen/emergency.h"
 #include "hal/cia402/cia402_check.h"
 #include "hal/cia402/cia402_setup.h"
+#include "hal/drive/following_monitor.h"
 #include "hal/drive/formatted.h"
 
 namespace tendril::hal {
@@ -15,9 +17,18 @@ namespace {
 // Axes that are set up at the same time: their SDO frames must fit into a cycle beside the PDOs.
 constexpr int kSetUpAtOnce = 4;
 
+constexpr uint32_t kStatuswordObject = 0x6041'00;
+
 MasterConfig checked_canopen(MasterConfig config) {
   check_cia402(config);
   return config;
+}
+
+/// Identifiers of frames that a running controller repeats: SYNC, its heartbeat, RPDOs.
+std::vector<uint32_t> controller_ids(const MasterConfig& config) {
+  std::vector<uint32_t> ids = {kSyncId, kHeartbeatBase + cia402_settings(config).master_node};
+  for (const AxisConfig& axis : config.axes) ids.push_back(rpdo_cob_id(axis));
+  return ids;
 }
 
 /// "object 1600:2 (the second object in RPDO 1)".
@@ -31,20 +42,21 @@ Cia402Master::Cia402Master(MasterConfig config)
     : config_(checked_canopen(std::move(config))),
       master_node_(cia402_settings(config_).master_node),
       axis_table_(config_.axes, received_cia402_ids),
-      supervisor_(config_) {
+      supervisor_(config_, controller_ids(config_)) {
   axes_.reserve(config_.axes.size());
   for (const AxisConfig& axis : config_.axes) axes_.emplace_back(axis, config_);
 }
 
 std::vector<uint32_t> Cia402Master::identifiers() const {
   std::vector<uint32_t> ids = supervisor_.identifiers();
+  std::ranges::copy(controller_ids(config_), std::back_inserter(ids));
   for (const AxisConfig& axis : config_.axes)
     for (const uint32_t id : received_cia402_ids(axis)) ids.push_back(id);
   return ids;
 }
 
 void Cia402Master::receive(const Frame& frame, int64_t arrival_ns) noexcept {
-  if (supervisor_.receive_sensor(frame, arrival_ns)) return;
+  if (supervisor_.receive(frame, arrival_ns)) return;
   const int axis = axis_table_.find(frame);
   if (axis != AxisTable::kNoAxis) axes_[axis].receive(frame, arrival_ns);
 }
@@ -55,13 +67,15 @@ const Measurement& Cia402Master::measure(BusHealth health, int64_t now_ns) noexc
 
 void Cia402Master::command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept {
   if (command.reset) supervisor_.reset(axes_);
+  if (!supervisor_.may_send(now_ns)) return;
   const Measurement& known = supervisor_.measurement();
   if (now_ns >= next_heartbeat_ns_) {
     out.push(encode_heartbeat(master_node_, NmtState::kOperational));
     next_heartbeat_ns_ = now_ns + config_.heartbeat_ns;
+    for (Cia402Axis& axis : axes_) axis.on_heartbeat_sent();
   }
   if (command.finish && !command.enable && known.all_disabled)
-    for (Cia402Axis& axis : axes_) axis.release(out);
+    for (Cia402Axis& axis : axes_) axis.release();
   set_up(now_ns, out);
   const bool may_begin = known.all_known && !supervisor_.faulted();
   const int homing = command.finish ? -1 : axis_to_home();
@@ -100,6 +114,8 @@ std::string Cia402Master::identity(int axis) const {
 
 std::string Cia402Master::describe(const DriveFault& fault) const {
   const char* kind = name(fault.kind);
+  if (fault.kind == FaultKind::kOtherMaster)
+    return kind + formatted(": its frames with identifier 0x%03X are on the bus. End it first", fault.code);
   if (fault.axis < 0 || fault.axis >= static_cast<int>(axes_.size())) return kind;
   const std::string who = label(config_, fault.axis) + ": ";
   switch (fault.kind) {
@@ -107,6 +123,8 @@ std::string Cia402Master::describe(const DriveFault& fault) const {
       return who + kind + " at " + object_text(fault.object) +
              formatted(": %s (SDO abort %08X)", describe_sdo_abort(fault.code), fault.code);
     case FaultKind::kUnexpectedValue:
+      if (fault.object == kStatuswordObject)
+        return who + formatted("it has power before it is enabled, and does not lose it (statusword %04X)", fault.code);
       return who + kind + ": " + object_text(fault.object) +
              formatted(" reads 0x%X and must read 0x%X", fault.code, fault.expected);
     case FaultKind::kDriveFault:
@@ -122,6 +140,9 @@ std::string Cia402Master::describe(const DriveFault& fault) const {
       return who + kind +
              formatted(": bit %d of its statusword is not set (statusword %04X)",
                        cia402_settings(config_.axes[fault.axis]).referenced_bit, fault.code);
+    case FaultKind::kNotFollowing:
+    case FaultKind::kFeedbackJumped:
+      return who + describe_motion_fault(config_.axes[fault.axis], fault);
     case FaultKind::kOutOfRange:
       return who + describe_out_of_range(fault);
     case FaultKind::kHomingFailed:

@@ -16,6 +16,7 @@ namespace tendril::hal {
 /// The controller's side of CANopen drives in cyclic synchronous position or torque mode, all axes of a
 /// robot.
 ///
+/// Before its first frame it listens for another controller, see OtherMaster; where it hears one, it sends nothing.
 /// A cycle's frames are: heartbeat if due, start-up frames of a few axes, the RPDOs, SYNC last, so that all
 /// drives take their targets at the same instant and answer with their positions. The faults of drives that
 /// are in fault at the start, for example because the last controller failed, are reset when they are first

@@ -15,6 +15,9 @@ constexpr int64_t kResetHold_ns = 10'000'000;
 // command.
 constexpr int64_t kHomingSettle_ns = 100'000'000;
 
+// How long a drive may say that it does not follow: at enabling the bit comes late.
+constexpr int64_t kNotFollowing_ns = 100'000'000;
+
 /// Whether a drive can begin to be enabled.
 bool can_begin(DriveState state) noexcept {
   return state == DriveState::kSwitchOnDisabled || state == DriveState::kFault;
@@ -33,8 +36,9 @@ Cia402PowerControl::Cia402PowerControl(const AxisConfig& axis, const MasterConfi
       follows_effort_(axis.set_point == SetPoint::kEffort),
       rated_torque_(cia402_settings(axis).rated_torque),
       range_(axis),
-      homing_steps_(homing_steps(axis)),
-      following_steps_(following_steps(axis)),
+      following_monitor_(axis, config.period_ns),
+      homing_steps_(homing_steps(axis, config)),
+      following_steps_(following_steps(axis, config)),
       soft_limits_(soft_limits(axis)),
       reference_(cia402_settings(axis).reference),
       referenced_mask_(static_cast<uint16_t>(
@@ -46,6 +50,8 @@ DriveFault Cia402PowerControl::on_feedback(const DriveFeedback& feedback, int64_
   state_ = decode_statusword(feedback.statusword);
   position_ = feedback.position;
   position_stamp_ns_ = arrival_ns;
+  target_counts_ = target_counts_ && state_ == DriveState::kEnabled;
+  if (phase_ == Phase::kOff && power_is_off()) may_be_on_ = false;
   const DriveFault reference_fault = monitor_reference();
   if (!in_fault(state_)) clearing_fault_ = false;
   const bool lost_reference = reference_fault.kind != FaultKind::kNone;
@@ -60,10 +66,35 @@ DriveFault Cia402PowerControl::monitor_power() noexcept {
   if (in_fault(state_)) return {.kind = FaultKind::kDriveFault, .code = emergency_};
   if (phase_ == Phase::kOn && state_ != DriveState::kEnabled)
     return {.kind = FaultKind::kDriveDisabled, .code = statusword_};
-  if (enabled() && range_.is_outside(displacement()))
-    return {.kind = FaultKind::kOutOfRange, .code = static_cast<uint32_t>(range_.excess(displacement()))};
-  if (phase_ == Phase::kEnabling && state_ == DriveState::kEnabled) phase_ = Phase::kOn;
+  if (enabled()) return monitor_motion();
+  if (phase_ != Phase::kEnabling || state_ != DriveState::kEnabled) return {};
+  phase_ = Phase::kOn;
+  target_counts_ = true;
+  has_followed_ = false;
+  not_following_since_ns_ = 0;
+  following_monitor_.begin(displacement(), position_stamp_ns_);
   return {};
+}
+
+DriveFault Cia402PowerControl::monitor_motion() noexcept {
+  if (range_.is_outside(displacement()))
+    return {.kind = FaultKind::kOutOfRange, .code = static_cast<uint32_t>(range_.excess(displacement()))};
+  const DriveFault fault = following_monitor_.judge(displacement(), position_stamp_ns_);
+  if (fault.kind != FaultKind::kNone) return fault;
+  if (says_it_follows()) not_following_since_ns_ = 0;
+  else if (not_following_since_ns_ == 0) not_following_since_ns_ = position_stamp_ns_;
+  else if (position_stamp_ns_ - not_following_since_ns_ > kNotFollowing_ns)
+    return following_monitor_.not_following(displacement(), statusword_);
+  return {};
+}
+
+/// A drive that never sets bit 12 may not have it; with bit 11 beside it the bit is believed.
+bool Cia402PowerControl::says_it_follows() noexcept {
+  if (follows_effort_) return true;
+  const bool follows = (statusword_ & kFollowsCommand) != 0;
+  has_followed_ = has_followed_ || follows;
+  if (statusword_ & kFollowingError) return false;
+  return follows || !(has_followed_ || (statusword_ & kInternalLimit));
 }
 
 /// A reference is there from the start, comes by homing, or is shown by a bit of the statusword, which must
@@ -128,6 +159,7 @@ Frame Cia402PowerControl::command(Task task, bool faulty, bool may_begin, bool a
   awaits_start_state_ = may_enable && !can_begin(state_);
   if (may_enable && can_begin(state_)) begin_enabling(now_ns, sdo);
   controlword_ = next_word(faulty, now_ns);
+  if (phase_ == Phase::kEnabling) may_be_on_ = true;
   if ((controlword_ & kStartHoming) && homing_since_ns_ == 0) homing_since_ns_ = now_ns;
   return rpdo(all_enabled, target);
 }
@@ -139,7 +171,7 @@ uint16_t Cia402PowerControl::next_word(bool faulty, int64_t now_ns) noexcept {
 }
 
 /// A torque is in the RPDO before the power is on, so that the load moves nothing at enabling; a position is
-/// not, 607A follows 6064 until then, so that nothing jumps.
+/// not, 607A follows 6064 until then, so that nothing jumps. It also does while a drive has power from elsewhere.
 Frame Cia402PowerControl::rpdo(bool all_enabled, const AxisTarget& target) noexcept {
   if (follows_effort_) {
     const double thousandths = std::round(1e3 * scale_.to_torque(target.effort) / rated_torque_);
@@ -151,7 +183,8 @@ Frame Cia402PowerControl::rpdo(bool all_enabled, const AxisTarget& target) noexc
   }
   following_ = enabled() && (following_ || all_enabled);
   if (following_ && std::isfinite(target.displacement)) target_ = scale_.to_counts(target.displacement);
-  if (state_ != DriveState::kEnabled) target_ = position_;
+  if (!target_counts_) target_ = position_;
+  following_monitor_.command(scale_.to_displacement(target_));
   return encode_drive_command(rpdo_id_, {controlword_, target_});
 }
 
@@ -183,7 +216,7 @@ void Cia402PowerControl::restart() noexcept {
   stop();
   task_ = Task::kDisable;
   awaits_start_state_ = false;
-  following_ = referenced_ = false;
+  following_ = referenced_ = target_counts_ = false;
   state_ = DriveState::kUnknown;
   position_stamp_ns_ = 0;
   emergency_ = 0;

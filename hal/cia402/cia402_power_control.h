@@ -10,6 +10,7 @@
 #include "hal/cia402/cia402_settings.h"
 #include "hal/cia402/cia402_setup.h"
 #include "hal/drive/drives.h"
+#include "hal/drive/following_monitor.h"
 #include "hal/drive/master_config.h"
 #include "hal/drive/range_monitor.h"
 
@@ -67,8 +68,11 @@ class Cia402PowerControl {
   /// Whether the drive was brought to "operation enabled" to follow targets and is there.
   bool enabled() const noexcept { return phase_ == Phase::kOn && task_ == Task::kFollow; }
 
-  /// Whether its last statusword says that its power stage is off, or there was none.
-  bool power_is_off() const noexcept;
+  /// Whether the drive has been enabled, and has not said since that its power stage is off.
+  bool may_be_on() const noexcept { return may_be_on_; }
+
+  /// Takes the word of the drive, which came otherwise, that its power stage is off.
+  void confirm_off() noexcept { may_be_on_ = false; }
 
   /// Whether the position counts from the reference.
   bool referenced() const noexcept { return referenced_; }
@@ -87,6 +91,9 @@ class Cia402PowerControl {
 
   DriveFault monitor_reference() noexcept;
   DriveFault monitor_power() noexcept;
+  DriveFault monitor_motion() noexcept;
+  bool says_it_follows() noexcept;
+  bool power_is_off() const noexcept;
   DriveFault judge_homing(int64_t arrival_ns) noexcept;
   void begin_enabling(int64_t now_ns, SdoSequence& sdo) noexcept;
   uint16_t next_word(bool faulty, int64_t now_ns) noexcept;
@@ -99,6 +106,7 @@ class Cia402PowerControl {
   bool follows_effort_;
   double rated_torque_;  // Nm
   RangeMonitor range_;
+  FollowingMonitor following_monitor_;
   std::vector<SdoStep> homing_steps_, following_steps_;
   std::optional<SoftLimits> soft_limits_;
   Reference reference_;
@@ -112,6 +120,10 @@ class Cia402PowerControl {
   bool clearing_fault_ = false;      // the drive was in fault when enabling began
   int64_t reset_edge_ns_ = 0;
   bool following_ = false;  // targets of the controller rather than the position at enabling
+  bool may_be_on_ = false;  // its power stage
+  bool target_counts_ = false;       // the drive is in "operation enabled" as this master brought it there
+  bool has_followed_ = false;        // the drive has set the bit that says so since it is enabled
+  int64_t not_following_since_ns_ = 0;  // by its statusword; 0: it follows
 
   bool referenced_ = false;      // the position counts from the reference
   int64_t homing_since_ns_ = 0;  // 0: the procedure has not been started

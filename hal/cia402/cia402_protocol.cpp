@@ -91,6 +91,15 @@ void set_torques(SimulatedCia402Spec& spec, const AxisConfig& axis, double limit
   spec.torque_limit = limit / rated;
 }
 
+/// An offset to its targets that another controller has left in a drive, counts.
+/// @param unit  displacement of one count
+int32_t left_offset(const SimulatedActuator& actuator, double unit) {
+  constexpr double kShare = 0.1;  // of the range
+  return actuator.left_enabled
+             ? static_cast<int32_t>(std::lround(kShare * actuator.displacement_range / unit))
+             : 0;
+}
+
 uint32_t error_window(double counts) {
   constexpr uint32_t kNotWatched = 0xFFFF'FFFF;
   return counts < kNotWatched ? static_cast<uint32_t>(std::round(counts)) : kNotWatched;
@@ -106,7 +115,7 @@ class Cia402Protocol final : public DriveProtocol {
     section.time("sdo_timeout", bus.sdo_timeout_ns, kSdoTimeout);
   }
 
-  void read_drive(Settings& section, Dimension displacement, AxisConfig& axis) const override {
+  void read_drive(Settings& section, Dimension /*displacement*/, AxisConfig& axis) const override {
     Cia402AxisSettings& settings = cia402_settings(axis);
     section.whole("node", axis.node, kNode, Settings::Need::kRequired);
     section.number("counts_per_turn", axis.scale.counts_per_turn, Dimension::kNumber, kPositive,
@@ -125,13 +134,10 @@ class Cia402Protocol final : public DriveProtocol {
     section.section("homing", [&settings](Settings& homing) { read_homing(homing, settings.homing); });
     settings.homing_given = section.has("homing");
     section.flag("soft_limits", settings.soft_limits);
-    section.number("following_error", settings.following_error, displacement, kPositive);
     section.number("rated_torque", settings.rated_torque, Dimension::kTorque, kPositive);
     const bool on_efforts = axis.set_point == SetPoint::kEffort;
     if (!on_efforts && section.has("rated_torque"))
       section.fail("rated_torque", "no such key, as drive.setpoint is displacement");
-    if (on_efforts && section.has("following_error"))
-      section.fail("following_error", "no such key, as drive.setpoint is effort");
   }
 
   void read_simulation(Settings& section, std::any& protocol_settings) const override {
@@ -198,7 +204,9 @@ class Cia402Protocol final : public DriveProtocol {
                              .incremental = cia402_settings(a).reference == Reference::kHoming,
                              .referenced_bit = cia402_settings(a).referenced_bit,
                              .tuning = tuned(SimulatedCia402Spec{}.tuning, actuator),
-                             .error_window = error_window(window / unit)};
+                             .error_window = error_window(window / unit),
+                             .left_enabled = actuator.left_enabled,
+                             .position_offset = left_offset(actuator, unit)};
     set_torques(spec, a, std::abs(a.scale.to_torque(actuator.force_limit)));
     return std::make_unique<SimulatedAxis<SimulatedCia402Drive>>(
         spec, a.scale, actuator.force_limit, kHeartbeatBase + static_cast<uint32_t>(a.node));

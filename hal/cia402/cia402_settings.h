@@ -40,7 +40,6 @@ struct Cia402AxisSettings {
   HomingConfig homing{};
   bool homing_given = false;   // the robot file has a section for it
   bool soft_limits = true;     // the limits of the displacement are written to the drive (607D)
-  double following_error = 0;  // m or m³: following-error window (6065); 0: that of the drive stays
   double rated_torque = 0;     // Nm, > 0 with SetPoint::kEffort: 1000 in 6071, at the shaft that is counted
 };
 

@@ -18,6 +18,13 @@ SdoStep write(int index, int sub, int size, uint32_t value) {
           0};
 }
 
+/// Drives acknowledge values that they do not take: what the robot's safety depends on is read back.
+SdoStep verified(SdoStep step, uint32_t mask = 0xFFFF'FFFF) {
+  step.verify = true;
+  step.mask = mask;
+  return step;
+}
+
 SdoStep read(int index, int sub, uint32_t expected, uint32_t mask = 0xFFFF'FFFF) {
   return {{SdoRequest::Kind::kRead, {static_cast<uint16_t>(index), static_cast<uint8_t>(sub)}, 0, 0},
           expected,
@@ -31,7 +38,7 @@ int8_t following_mode(const AxisConfig& axis) noexcept {
 
 /// At least one count, and not 0xFFFFFFFF, which is no window at all.
 uint32_t following_error_window(const AxisConfig& axis) {
-  const double counts = cia402_settings(axis).following_error / std::abs(axis.scale.displacement_per_count());
+  const double counts = axis.following_error / std::abs(axis.scale.displacement_per_count());
   return static_cast<uint32_t>(std::clamp(std::round(counts), 1.0, double{0xFFFF'FFFE}));
 }
 
@@ -41,14 +48,49 @@ void append_mode(std::vector<SdoStep>& steps, int8_t mode) {
   steps.push_back(read(0x6061, 0, static_cast<uint8_t>(mode)));
 }
 
-/// The object is optional; in many drives the exponent is -3, and may not be written even with that.
+/// An object that a drive may lack. If it is right already it is not written: it may be read-only.
+void append_optional(std::vector<SdoStep>& steps, SdoStep step) {
+  step = verified(step);
+  step.only_if_different = true;
+  step.tolerance = Tolerance::kUnreadable;
+  steps.push_back(step);
+}
+
 void append_period(std::vector<SdoStep>& steps, InterpolationPeriod period) {
-  for (SdoStep step :
-       {write(0x60C2, 1, 1, period.value), write(0x60C2, 2, 1, static_cast<uint8_t>(period.exponent))}) {
-    step.only_if_different = true;
-    step.tolerance = Tolerance::kMissingObject;
-    steps.push_back(step);
+  append_optional(steps, write(0x60C2, 1, 1, period.value));
+  append_optional(steps, write(0x60C2, 2, 1, static_cast<uint8_t>(period.exponent)));
+}
+
+// Of a statusword: set in every state with power, and in the states on the way to it.
+constexpr uint32_t kPowerBits = 0x0007;
+
+/// A drive that an earlier controller has left with power loses it, and must say so. Not every drive takes a
+/// controlword over SDO.
+void append_power_off(std::vector<SdoStep>& steps) {
+  SdoStep off = write(0x6040, 0, 2, kDisableVoltage);
+  off.tolerance = Tolerance::kAny;
+  steps.insert(steps.end(), {off, read(0x6041, 0, 0, kPowerBits)});
+}
+
+/// Offsets that an earlier controller has left would be added to the targets.
+void append_no_offsets(std::vector<SdoStep>& steps, const AxisConfig& axis) {
+  if (axis.set_point == SetPoint::kDisplacement) {
+    append_optional(steps, write(0x60B0, 0, 4, 0));
+    append_optional(steps, write(0x60B1, 0, 4, 0));
   }
+  append_optional(steps, write(0x60B2, 0, 2, 0));
+}
+
+/// The drive monitors the controller.
+SdoStep consumer_step(const MasterConfig& config) {
+  return write(0x1016, 1, 4,
+               static_cast<uint32_t>(cia402_settings(config).master_node) << 16 |
+                   heartbeat_ms(config.heartbeat_timeout_ns));
+}
+
+/// Another controller may have changed it since the set-up.
+void append_consumer_check(std::vector<SdoStep>& steps, const MasterConfig& config) {
+  steps.push_back(read(0x1016, 1, consumer_step(config).request.value));
 }
 
 // Bit of the COB-ID of a TPDO. Tendril makes no remote requests; drives that serve none may refuse 0.
@@ -60,19 +102,20 @@ struct SyncedPdo {
   uint32_t cob_id, first, second;
 };
 
-/// Off, map emptied, map filled, every SYNC, on.
+/// Checks that a PDO is on and goes with every SYNC, with these two objects.
+void append_checks(std::vector<SdoStep>& steps, const SyncedPdo& pdo) {
+  steps.insert(steps.end(), {read(pdo.communication, 1, pdo.cob_id & ~kNoRemoteRequest, ~kNoRemoteRequest),
+                             read(pdo.communication, 2, 1), read(pdo.mapping, 0, 2),
+                             read(pdo.mapping, 1, pdo.first), read(pdo.mapping, 2, pdo.second)});
+}
+
+/// Off, map emptied, map filled, every SYNC, on; then checks, as drives acknowledge what they do not take.
 void append_writes(std::vector<SdoStep>& steps, const SyncedPdo& pdo) {
   steps.insert(steps.end(), {write(pdo.communication, 1, 4, kPdoInvalid | pdo.cob_id),
                              write(pdo.mapping, 0, 1, 0), write(pdo.mapping, 1, 4, pdo.first),
                              write(pdo.mapping, 2, 4, pdo.second), write(pdo.mapping, 0, 1, 2),
                              write(pdo.communication, 2, 1, 1), write(pdo.communication, 1, 4, pdo.cob_id)});
-}
-
-/// Checks for the same state.
-void append_checks(std::vector<SdoStep>& steps, const SyncedPdo& pdo) {
-  steps.insert(steps.end(), {read(pdo.communication, 1, pdo.cob_id & ~kNoRemoteRequest, ~kNoRemoteRequest),
-                             read(pdo.communication, 2, 1), read(pdo.mapping, 0, 2),
-                             read(pdo.mapping, 1, pdo.first), read(pdo.mapping, 2, pdo.second)});
+  append_checks(steps, pdo);
 }
 
 }  // namespace
@@ -112,10 +155,10 @@ std::string describe_set_up_object(uint32_t object) {
 
 std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config) {
   const int number = cia402_settings(axis).pdo - 1;
-  std::vector<SdoStep> steps = {write(0x1016, 1, 4,
-                                      static_cast<uint32_t>(cia402_settings(config).master_node) << 16 |
-                                          heartbeat_ms(config.heartbeat_timeout_ns)),
-                                write(0x1017, 0, 2, heartbeat_ms(config.heartbeat_ns))};
+  std::vector<SdoStep> steps;
+  append_power_off(steps);
+  steps.insert(steps.end(), {verified(consumer_step(config)),
+                             verified(write(0x1017, 0, 2, heartbeat_ms(config.heartbeat_ns)))});
   const uint32_t target = axis.set_point == SetPoint::kEffort ? kMapTargetTorque : kMapTargetPosition;
   for (const SyncedPdo& pdo :
        {SyncedPdo{0x1400 + number, 0x1600 + number, rpdo_cob_id(axis), kMapControlword, target},
@@ -125,14 +168,14 @@ std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& con
                                                          : append_checks(steps, pdo);
   append_mode(steps, following_mode(axis));
   append_period(steps, nearest_interpolation_period(config.period_ns));
-  if (cia402_settings(axis).following_error > 0)
-    steps.push_back(write(0x6065, 0, 4, following_error_window(axis)));
+  if (axis.following_error > 0) steps.push_back(verified(write(0x6065, 0, 4, following_error_window(axis))));
   return steps;
 }
 
-std::vector<SdoStep> homing_steps(const AxisConfig& axis) {
+std::vector<SdoStep> homing_steps(const AxisConfig& axis, const MasterConfig& config) {
   const HomingConfig& homing = cia402_settings(axis).homing;
   std::vector<SdoStep> steps;
+  append_consumer_check(steps, config);
   if (homing.method) steps.push_back(write(0x6098, 0, 1, static_cast<uint8_t>(*homing.method)));
   if (homing.speed_search) steps.push_back(write(0x6099, 1, 4, *homing.speed_search));
   if (homing.speed_zero) steps.push_back(write(0x6099, 2, 4, *homing.speed_zero));
@@ -160,15 +203,17 @@ SoftLimits widened(SoftLimits limits, int32_t position) noexcept {
           static_cast<int32_t>(std::min<int64_t>(above, INT32_MAX))};
 }
 
-std::vector<SdoStep> following_steps(const AxisConfig& axis) {
+std::vector<SdoStep> following_steps(const AxisConfig& axis, const MasterConfig& config) {
   std::vector<SdoStep> steps;
+  append_consumer_check(steps, config);
   append_mode(steps, following_mode(axis));
+  append_no_offsets(steps, axis);
   if (const auto limits = soft_limits(axis)) {
     // A drive that compares both may refuse a least limit above its present greatest one. So the least is
     // written again after the greatest.
     SdoStep least = write(kSoftLimits, 1, 4, 0);
     least.tolerance = Tolerance::kAny;
-    steps.insert(steps.end(), {least, write(kSoftLimits, 2, 4, 0), write(kSoftLimits, 1, 4, 0)});
+    steps.insert(steps.end(), {least, verified(write(kSoftLimits, 2, 4, 0)), verified(write(kSoftLimits, 1, 4, 0))});
     set_soft_limits(steps, *limits);
   }
   return steps;
@@ -179,6 +224,8 @@ void set_soft_limits(std::span<SdoStep> steps, SoftLimits limits) noexcept {
     if (step.request.object.index == kSoftLimits)
       step.request.value = static_cast<uint32_t>(step.request.object.sub == 1 ? limits.min : limits.max);
 }
+
+std::vector<SdoStep> power_check_steps() { return {read(0x6041, 0, 0, kPowerBits)}; }
 
 std::vector<SdoStep> release_steps() { return {write(0x1016, 1, 4, 0)}; }
 

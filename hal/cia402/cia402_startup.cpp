@@ -21,13 +21,14 @@ DriveFault sdo_fault(FaultKind kind, uint32_t code, ObjectAddress object, uint32
 DriveFault fault_of_failed(const SdoSequence& sdo) noexcept {
   const SdoStep& step = sdo.step();
   if (sdo.failure() != 0) return sdo_fault(FaultKind::kConfiguration, sdo.failure(), step.request.object, 0);
-  return sdo_fault(FaultKind::kUnexpectedValue, sdo.found(), step.request.object, step.expected);
+  return sdo_fault(FaultKind::kUnexpectedValue, sdo.found(), step.request.object, sdo.expected());
 }
 
 Cia402Startup::Cia402Startup(const AxisConfig& axis, const MasterConfig& config)
     : config_(config),
       node_(axis.node),
       setup_steps_(setup_steps(axis, config)),
+      power_check_steps_(power_check_steps()),
       release_steps_(release_steps()),
       names_(axis.node, cia402_settings(config).sdo_timeout_ns, cia402_settings(config).sdo_attempts) {}
 
@@ -85,6 +86,9 @@ DriveFault Cia402Startup::advance(int64_t now_ns, SdoSequence& sdo, FrameBatch& 
     case Stage::kConfiguring:
       fault = configure(now_ns, sdo, out);
       break;
+    case Stage::kCheckingPower:
+      check_power(now_ns, sdo, out);
+      break;
     case Stage::kReleasing:
       if (sdo.advance(now_ns, out) != SdoSequence::Status::kRunning) stage_ = Stage::kFinished;
       break;
@@ -114,6 +118,7 @@ DriveFault Cia402Startup::configure(int64_t now_ns, SdoSequence& sdo, FrameBatch
     case SdoSequence::Status::kRunning:
       break;
     case SdoSequence::Status::kDone:
+      power_is_off_ = true;
       stage_ = Stage::kStarting;
       stage_since_ns_ = heartbeat_ns_ = now_ns;
       last_nmt_start_ns_ = now_ns - kNmtRepeat_ns;
@@ -141,10 +146,22 @@ void Cia402Startup::start_nmt(int64_t now_ns, FrameBatch& out) noexcept {
   last_nmt_start_ns_ = now_ns;
 }
 
-void Cia402Startup::release(SdoSequence& sdo, FrameBatch& out) noexcept {
-  if (stage_ == Stage::kReleasing || stage_ == Stage::kFinished) return;
+void Cia402Startup::release(bool ours, SdoSequence& sdo) noexcept {
+  if (stage_ == Stage::kCheckingPower || stage_ == Stage::kReleasing || stage_ == Stage::kFinished) return;
   stage_ = Stage::kFinished;
   if (!may_monitor_master_) return;
+  ours_ = ours;
+  power_is_off_ = false;
+  sdo.start(power_check_steps_);
+  stage_ = Stage::kCheckingPower;
+}
+
+void Cia402Startup::check_power(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept {
+  const SdoSequence::Status status = sdo.advance(now_ns, out);
+  if (status == SdoSequence::Status::kRunning) return;
+  power_is_off_ = status == SdoSequence::Status::kDone;
+  stage_ = Stage::kFinished;
+  if (!power_is_off_ || !ours_) return;
   out.push(encode_nmt({NmtCommand::kPreOperational, node_}));
   sdo.start(release_steps_);
   stage_ = Stage::kReleasing;
@@ -152,7 +169,7 @@ void Cia402Startup::release(SdoSequence& sdo, FrameBatch& out) noexcept {
 
 bool Cia402Startup::busy() const noexcept {
   return stage_ == Stage::kReset || stage_ == Stage::kIdentifying || stage_ == Stage::kConfiguring ||
-         stage_ == Stage::kReleasing;
+         stage_ == Stage::kCheckingPower || stage_ == Stage::kReleasing;
 }
 
 }  // namespace tendril::hal

@@ -20,7 +20,7 @@ DriveFault fault_of_failed(const SdoSequence& sdo) noexcept;
 /// Cia402Axis.
 ///
 /// Stages: reset communication, wait for boot-up, identify (once) and configure over SDO, NMT start, running;
-/// at the end release. All SDO transfers but those that read the names go through the SdoSequence of the
+/// at the end check that the power is off, and release. All SDO transfers but those that read the names go through the SdoSequence of the
 /// axis. Functions that can find a fault return it; of kind kNone: none. Real-time: every function but the
 /// constructor (bounded, no allocation).
 class Cia402Startup {
@@ -42,13 +42,18 @@ class Cia402Startup {
   DriveFault advance(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
 
   /// Starts again from the reset of communication.
-  void restart() noexcept { stage_ = Stage::kReset; }
+  void restart() noexcept {
+    stage_ = Stage::kReset;
+    power_is_off_ = false;
+  }
 
   /// Stays where it is until `restart`.
   void give_up() noexcept { stage_ = Stage::kFailed; }
 
-  /// Takes the drive out of NMT operational and ends its heartbeat consumer. To be called until `finished`.
-  void release(SdoSequence& sdo, FrameBatch& out) noexcept;
+  /// Asks the drive whether its power is off. Where it is, and `ours`, takes the drive out of NMT operational and ends
+  /// its heartbeat consumer; any other drive goes on monitoring us, and stops by itself. To be called until `finished`.
+  /// @param ours  the set-up of the drive is still the one that this master made
+  void release(bool ours, SdoSequence& sdo) noexcept;
 
   /// Whether `advance` has more than a time-out to do.
   bool busy() const noexcept;
@@ -61,6 +66,9 @@ class Cia402Startup {
 
   /// Since when it is running, or in another stage.
   int64_t stage_since_ns() const noexcept { return stage_since_ns_; }
+
+  /// Whether the drive has told, over SDO in set-up or release, that its power is off.
+  bool power_is_off() const noexcept { return power_is_off_; }
 
   /// Whether `release` is through, or was not needed.
   bool finished() const noexcept { return stage_ == Stage::kFinished; }
@@ -76,6 +84,7 @@ class Cia402Startup {
     kConfiguring,
     kStarting,
     kRunning,
+    kCheckingPower,
     kReleasing,
     kFinished,
     kFailed
@@ -84,15 +93,18 @@ class Cia402Startup {
   DriveFault identify(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
   DriveFault configure(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
   void begin_set_up(SdoSequence& sdo) noexcept;
+  void check_power(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
   void start_nmt(int64_t now_ns, FrameBatch& out) noexcept;
 
   const MasterConfig& config_;
   int node_;
-  std::vector<SdoStep> setup_steps_, release_steps_;
+  std::vector<SdoStep> setup_steps_, power_check_steps_, release_steps_;
   DriveNames names_;
   Stage stage_ = Stage::kReset;
   int64_t stage_since_ns_ = 0;
   bool may_monitor_master_ = false;  // its heartbeat consumer has been, or may have been, set up
+  bool power_is_off_ = false;
+  bool ours_ = false;  // see release
   int64_t last_nmt_start_ns_ = 0;
   NmtState nmt_ = NmtState::kBootUp;
   int64_t heartbeat_ns_ = 0;  // arrival of the last one

@@ -25,11 +25,17 @@ constexpr uint8_t error_register(uint16_t emergency) noexcept {
 
 SimulatedCia402Drive::SimulatedCia402Drive(const SimulatedCia402Spec& spec) noexcept
     : node_(spec.node),
+      left_enabled_(spec.left_enabled),
       error_window_(spec.error_window),
       rated_torque_mNm_(spec.rated_torque_mNm),
       objects_(spec.node, spec.pdo, spec.rpdo_id, spec.tpdo_id, spec.rpdo_target),
       motion_(spec) {
   restore_settings();
+  objects_.set(Entry::kPositionOffset, static_cast<uint32_t>(spec.position_offset));
+  if (!left_enabled_) return;
+  state_ = DriveState::kEnabled;
+  objects_.write(Entry::kMode, kModeCyclicPosition);
+  objects_.set(Entry::kTargetPosition, static_cast<uint32_t>(motion_.actual_counts() - spec.position_offset));
 }
 
 /// What the drive was set up for before power-on.
@@ -116,7 +122,8 @@ void SimulatedCia402Drive::handle_nmt(NmtCommand command) noexcept {
   pdos_.restart();
   // No set-points come outside NMT operational: a drive that was following them must stop, as with the
   // connection lost [CiA 402-2, abort connection option 6007 = 1].
-  if (nmt_ != NmtState::kOperational && state_ == DriveState::kEnabled) injected_fault_ = kCommunication;
+  const bool stops = nmt_ != NmtState::kOperational && state_ == DriveState::kEnabled;
+  if (stops && !left_enabled_) injected_fault_ = kCommunication;
 }
 
 /// As at power-on, except for its position and its reference.

@@ -84,6 +84,7 @@ class SimulatedCia402Drive {
   void update_error_register() noexcept;
 
   int node_;
+  bool left_enabled_;
   uint32_t error_window_;  // counts, at power-on
   uint32_t rated_torque_mNm_;
   SimulatedObjectDictionary objects_;

@@ -58,10 +58,13 @@ void SimulatedCia402Motion::take_target(const Input& input) noexcept {
   const SimulatedObjectDictionary& objects = input.objects;
   if (follows_torque(input)) {
     servo_.unlock();
-    servo_.apply_force(objects.signed_value(Entry::kTargetTorque) / (1e3 * torque_limit_));
+    const int torque =
+        objects.signed_value(Entry::kTargetTorque) + objects.signed_value(Entry::kTorqueOffset);
+    servo_.apply_force(torque / (1e3 * torque_limit_));
   }
   if (!follows_position(input)) return;
   double target = objects.signed_value(Entry::kTargetPosition);
+  target += objects.signed_value(Entry::kPositionOffset);
   const int32_t min = objects.signed_value(Entry::kLimitMin), max = objects.signed_value(Entry::kLimitMax);
   limited_ = min < max && (target < min || target > max);
   if (limited_) target = std::clamp<double>(target, min, max);

@@ -22,6 +22,9 @@ struct SimulatedCia402Spec {
   uint32_t rpdo_target = kMapTargetPosition;  // the target in an RPDO that is mapped at power-on
   uint32_t rated_torque_mNm = 1000;           // 6076
   double torque_limit = 2;                    // > 0, in rated torques: the force limit of its SimulatedServo
+  bool left_enabled = false;  // at power-on it is as another controller left it: in "operation enabled",
+                              // which no NMT command ends, in cyclic synchronous position mode, at its target
+  int32_t position_offset = 0;  // 60B0 at power-on, counts
 };
 
 }  // namespace tendril::hal

@@ -64,6 +64,9 @@ enum class SimulatedEntry : int {
   kSearchSpeed,         // counts/s
   kZeroSpeed,           // counts/s
   kHomingAcceleration,  // counts/s²
+  kPositionOffset,      // 60B0, counts, added to the target position
+  kVelocityOffset,      // 60B1, without effect
+  kTorqueOffset,        // 60B2, thousandths of 6076, added to the target torque
   kPeriodCount,
   kPeriodValue,
   kPeriodExponent,

@@ -28,6 +28,10 @@ const char* name(FaultKind kind) noexcept {
       return "axis left its range of displacements";
     case FaultKind::kPositionJumped:
       return "position jumped at enabling";
+    case FaultKind::kNotFollowing:
+      return "axis does not follow";
+    case FaultKind::kFeedbackJumped:
+      return "position feedback implausible";
     case FaultKind::kNotReferenced:
       return "axis has no reference";
     case FaultKind::kHomingFailed:
@@ -38,6 +42,8 @@ const char* name(FaultKind kind) noexcept {
       return "heartbeat lost";
     case FaultKind::kFeedbackLost:
       return "position feedback lost";
+    case FaultKind::kOtherMaster:
+      return "another controller commands these drives";
     case FaultKind::kBusPassive:
       return "bus error-passive";
     case FaultKind::kBusOff:

@@ -27,12 +27,15 @@ enum class FaultKind : uint8_t {
   kDriveDisabled,    // a drive left "operation enabled" by itself [statusword; state and result]
   kDriveRestarted,   // a drive left NMT operational or rebooted [its NMT state; not used]
   kOutOfRange,       // an axis that follows efforts left its range [0.1 % of it, signed; likewise]
+  kNotFollowing,     // an enabled axis does not follow its command [statusword where it says so; not used]
+  kFeedbackJumped,   // the position of an enabled axis changed faster than a motor can [not used]
   kPositionJumped,   // the position of a drive changed at enabling [not used; 0.001 rev, signed]
   kNotReferenced,    // a drive has no reference, or has lost it [statusword; not used]
   kHomingFailed,     // a drive's homing procedure ended in an error [statusword; not used]
   kHomingTimeout,    // it did not end in time [statusword; not used]
   kHeartbeatLost,    // no heartbeat of a drive [0]
   kFeedbackLost,     // heartbeats of a drive, but no positions [0]
+  kOtherMaster,      // another controller commands the drives [identifier of its frames; likewise]
   kBusPassive,       // the bus is error-passive [0]
   kBusOff,           // the controller is bus-off [0]
   kBusDown           // the interface is down, or the host of a local bus is gone [0]
@@ -48,10 +51,19 @@ struct DriveFault {
   uint32_t code = 0;      // see FaultKind
   uint32_t object = 0;    // kConfiguration, kUnexpectedValue with CiA 402: object index << 8 | subindex
   uint32_t expected = 0;  // kUnexpectedValue: the value that it must have
+  double wanted = 0;      // m or m³; kNotFollowing: commanded, kFeedbackJumped: measured before
+  double measured = 0;    // m or m³; kNotFollowing, kFeedbackJumped
 };
 
 /// A fault of kind kOutOfRange in words, without the name of the axis. Real-time: no (allocates).
 std::string describe_out_of_range(const DriveFault& fault);
+
+/// What is known of the power stage of a drive.
+enum class DrivePower : uint8_t {
+  kOff,     // the drive has said so, or was never enabled
+  kOn,      // the drive has not said that it is off
+  kUnknown  // the drive is out of reach
+};
 
 /// The state of drives and sensors at one instant.
 struct Measurement {
@@ -63,6 +75,7 @@ struct Measurement {
   bool all_known = false;
   bool all_enabled = false;   // every drive is in "operation enabled": commanded positions are followed
   bool all_disabled = false;  // no drive is known to have its power stage on
+  std::array<DrivePower, kMaxAxes> power{};
   bool finished = false;      // Command::finish is done: the drives no longer monitor the controller
   DriveFault fault;           // latched until Command::reset
   SensorReadings sensors;

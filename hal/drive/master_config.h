@@ -29,6 +29,9 @@ struct AxisConfig {
   AxisScale scale{};                                                   // 1 count a turn with ODrive
   double displacement_min = -std::numeric_limits<double>::infinity();  // m or m³; infinite: no limit
   double displacement_max = std::numeric_limits<double>::infinity();
+  double top_rate = 0;         // m/s or m³/s, the fastest that is commanded; 0: not known
+  double following_error = 0;  // m or m³, > 0: see following_error_limit; 0: the default
+  bool moves_volume = false;   // displacements are volumes, m³
   SetPoint set_point = SetPoint::kDisplacement;
   double largest_effort = 0;     // N or Pa, magnitude of the largest commanded effort; 0: not known
   std::any protocol_settings{};  // settings of its protocol, see settings_as
@@ -39,6 +42,7 @@ struct MasterConfig {
   const DriveProtocol* protocol = nullptr;  // of all drives on the bus
   std::vector<AxisConfig> axes{};
   int64_t period_ns = 0;                       // of the control loop
+  int64_t listen_ns = 0;                       // for another controller, before the first frame; 0: not at all
   int64_t heartbeat_ns = 50'000'000;           // between heartbeats
   int64_t heartbeat_timeout_ns = 150'000'000;  // without a heartbeat, until a node counts as lost
   int64_t start_timeout_ns = 1'000'000'000;    // until a drive must be running, without power
@@ -82,6 +86,9 @@ void check_common(const MasterConfig& config, int64_t feedback_period_ns, int no
 
 /// "axis 'north' (node 3)". Real-time: no (allocates).
 std::string label(const AxisConfig& axis);
+
+/// "3.25 mm", or for a volume "3.25 ml". @param displacement  m or m³. Real-time: no (allocates).
+std::string displacement_text(const AxisConfig& axis, double displacement);
 
 /// "axis 2 'north' (node 3)". Real-time: no (allocates).
 std::string label(const MasterConfig& config, int axis);

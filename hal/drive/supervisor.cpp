@@ -19,6 +19,19 @@ FaultKind fault_of(BusHealth health) noexcept {
 
 }  // namespace
 
+std::string describe_power(const MasterConfig& config, const Measurement& measurement) {
+  std::string on, unknown;
+  for (int i = 0; i < measurement.axes; ++i) {
+    std::string& list = measurement.power[i] == DrivePower::kOn ? on : unknown;
+    if (measurement.power[i] != DrivePower::kOff) list += (list.empty() ? "" : ", ") + label(config.axes[i]);
+  }
+  std::string text;
+  if (!on.empty()) text = on + " did not disable";
+  if (!unknown.empty())
+    text += (on.empty() ? "" : "; ") + unknown + " cannot be reached: whether it has power is not known";
+  return text.empty() ? text : text + ". Drives stop by themselves when they miss the controller";
+}
+
 void Supervisor::latch_bus(BusHealth health) noexcept { latch({.kind = fault_of(health)}); }
 
 void Supervisor::latch(const DriveFault& fault) noexcept {

@@ -1,35 +1,49 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "hal/bus/bus.h"
 #include "hal/drive/drives.h"
 #include "hal/drive/master_config.h"
+#include "hal/drive/other_master.h"
 #include "hal/sensor/sensor_bank.h"
 
 namespace tendril::hal {
 
-/// What the masters of all protocols share: it summarises the axes, checks the bus, receives the sensors'
-/// frames and latches the first fault until it is cleared.
-/// Real-time: every function but the constructor and `identifiers` (bounded, no allocation).
+/// What must be said of the power of drives at the end of a run, a sentence; empty where all have said that
+/// theirs is off, or were never enabled. Real-time: no (allocates).
+std::string describe_power(const MasterConfig& config, const Measurement& measurement);
+
+/// What the masters of all protocols share: it listens for another controller, summarises the axes, checks
+/// the bus, receives the sensors' frames and latches the first fault until it is cleared. Real-time: every
+/// function but the constructor and `identifiers` (bounded, no allocation).
 class Supervisor {
  public:
-  /// @param config  outlives the supervisor
-  explicit Supervisor(const MasterConfig& config) : sensors_(config.sensors, config.start_timeout_ns) {
+  /// @param config          outlives the supervisor
+  /// @param controller_ids  see OtherMaster; empty where a protocol cannot tell another controller's frames
+  Supervisor(const MasterConfig& config, const std::vector<uint32_t>& controller_ids)
+      : sensors_(config.sensors, config.start_timeout_ns), other_master_(controller_ids, config.listen_ns) {
     measurement_.axes = static_cast<int>(config.axes.size());
   }
 
   /// The identifiers of the sensors' frames, see marked_id. Real-time: no (allocates).
   std::vector<uint32_t> identifiers() const { return sensors_.identifiers(); }
 
-  /// Processes a frame of a sensor. @return whether it was one
-  bool receive_sensor(const Frame& frame, int64_t arrival_ns) noexcept {
-    return sensors_.receive(frame, arrival_ns);
+  /// Processes a frame of a sensor or of another controller. @return whether it was one
+  bool receive(const Frame& frame, int64_t arrival_ns) noexcept {
+    return sensors_.receive(frame, arrival_ns) || other_master_.receive(frame, arrival_ns);
+  }
+
+  /// Whether the master may send: it has listened for long enough, and is the only one.
+  bool may_send(int64_t now_ns) noexcept {
+    return !other_master_.listening(now_ns) && !other_master_.heard();
   }
 
   /// Checks the time-outs of all axes and summarises the axes and the sensors.
-  /// @tparam Axis         has supervise, position, position_stamp_ns, known, enabled, disabled, finished and
-  ///                      fault, see Cia402Axis
+  /// @tparam Axis         has supervise, position, position_stamp_ns, known, enabled, power, finished and
+  /// fault,
+  ///                      see Cia402Axis
   /// @param last_sync_ns  when the last SYNC was sent: a pause of the controller is no fault of the drives;
   ///                      `now_ns` where drives send their positions without SYNC
   /// @return              a measurement that is valid until the next call
@@ -40,6 +54,7 @@ class Supervisor {
     m.stamp_ns = now_ns;
     m.all_known = m.all_enabled = m.all_disabled = m.finished = true;
     latch_bus(health);
+    if (other_master_.heard()) latch({.kind = FaultKind::kOtherMaster, .code = other_master_.heard_id()});
     for (int i = 0; i < m.axes; ++i) {
       Axis& axis = axes[i];
       axis.supervise(now_ns, last_sync_ns);
@@ -47,12 +62,16 @@ class Supervisor {
       m.displacement_stamp_ns[i] = axis.position_stamp_ns();
       m.all_known = m.all_known && axis.known(last_sync_ns);
       m.all_enabled = m.all_enabled && axis.enabled();
-      m.all_disabled = m.all_disabled && axis.disabled();
+      m.power[i] = axis.power();
+      if (m.power[i] == DrivePower::kOn && !reaches(health)) m.power[i] = DrivePower::kUnknown;
+      m.all_disabled = m.all_disabled && m.power[i] != DrivePower::kOn;
       m.finished = m.finished && axis.finished();
       DriveFault fault = axis.fault();
       fault.axis = i;
       latch(fault);
     }
+    if (m.all_enabled) other_master_.end();
+    m.finished = m.finished || other_master_.heard();  // nothing was begun
     m.sensors = sensors_.judge(now_ns);
     return m;
   }
@@ -62,6 +81,7 @@ class Supervisor {
   void reset(std::vector<Axis>& axes) noexcept {
     if (!faulted()) return;
     measurement_.fault = {};
+    if (other_master_.heard()) other_master_.restart();
     for (Axis& axis : axes)
       if (axis.fault().kind != FaultKind::kNone) axis.restart();
   }
@@ -72,10 +92,14 @@ class Supervisor {
   const Measurement& measurement() const noexcept { return measurement_; }
 
  private:
+  static bool reaches(BusHealth health) noexcept {
+    return health == BusHealth::kActive || health == BusHealth::kPassive;
+  }
   void latch_bus(BusHealth health) noexcept;
   void latch(const DriveFault& fault) noexcept;
 
   SensorBank sensors_;
+  OtherMaster other_master_;
   Measurement measurement_;
 };
 

@@ -18,7 +18,8 @@ OdriveAxis::OdriveAxis(const AxisConfig& axis, const MasterConfig& config)
       firmware_(odrive_settings(config).firmware),
       settings_(odrive_settings(axis)),
       follows_effort_(axis.set_point == SetPoint::kEffort),
-      range_(axis) {}
+      range_(axis),
+      following_monitor_(axis, odrive_settings(config).encoder_period_ns) {}
 
 void OdriveAxis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
   if (const auto heartbeat = decode_odrive_heartbeat(frame, node_, firmware_))
@@ -41,8 +42,7 @@ void OdriveAxis::on_estimates(const OdriveEstimates& estimates, int64_t arrival_
   if (!std::isfinite(estimates.position)) return;  // as if no position had come
   position_ = estimates.position;
   position_stamp_ns_ = arrival_ns;
-  if (phase_ == Phase::kOn && range_.is_outside(position()))
-    return fail(FaultKind::kOutOfRange, static_cast<uint32_t>(range_.excess(position())));
+  if (phase_ == Phase::kOn) return monitor_motion(arrival_ns);
   if (phase_ != Phase::kEnteringClosedLoop || !in_closed_loop()) return;
   const double jump = position_ - position_before_;
   if (std::abs(jump) > kMaxPositionStep) {
@@ -51,6 +51,13 @@ void OdriveAxis::on_estimates(const OdriveEstimates& estimates, int64_t arrival_
   }
   target_ = position_;
   phase_ = Phase::kOn;
+  following_monitor_.begin(position(), arrival_ns);
+}
+
+void OdriveAxis::monitor_motion(int64_t arrival_ns) noexcept {
+  if (range_.is_outside(position()))
+    return fail(FaultKind::kOutOfRange, static_cast<uint32_t>(range_.excess(position())));
+  fail(following_monitor_.judge(position(), arrival_ns));
 }
 
 void OdriveAxis::supervise(int64_t now_ns, int64_t last_sync_ns) noexcept {
@@ -146,6 +153,7 @@ void OdriveAxis::follow(bool all_enabled, double displacement, FrameBatch& out) 
   following_ = following_ || all_enabled;
   const double before = target_;
   if (following_ && std::isfinite(displacement)) target_ = scale_.to_position(displacement);
+  following_monitor_.command(scale_.to_displacement(target_));
   // Without the feed-forward a moving axis lags by velocity / pos_gain: by 50 ms of motion with the default.
   append_input(target_, (target_ - before) * 1e9 / static_cast<double>(config_.period_ns), out);
 }
@@ -199,18 +207,21 @@ bool OdriveAxis::known(int64_t last_sync_ns) const noexcept {
   return stage_ == Stage::kRunning && last_sync_ns - position_stamp_ns_ <= config_.feedback_timeout_ns;
 }
 
-bool OdriveAxis::disabled() const noexcept {
-  // An axis that sends no heartbeat is stopped by its watchdog; no heartbeat will confirm that.
-  if (stage_ != Stage::kRunning || fault_.kind == FaultKind::kHeartbeatLost) return true;
-  return phase_ == Phase::kOff && requested_state_ != kOdriveClosedLoop &&
-         (heartbeat_.state == kOdriveIdle || heartbeat_.state == kOdriveUndefined);
+/// An axis that sends no heartbeat is stopped by its watchdog; no heartbeat will confirm that.
+DrivePower OdriveAxis::power() const noexcept {
+  const bool was_requested = phase_ != Phase::kOff || requested_state_ == kOdriveClosedLoop;
+  const bool says_off = heartbeat_.state == kOdriveIdle || heartbeat_.state == kOdriveUndefined;
+  if (says_off && !was_requested) return DrivePower::kOff;
+  return fault_.kind == FaultKind::kHeartbeatLost ? DrivePower::kUnknown : DrivePower::kOn;
 }
 
-void OdriveAxis::fail(FaultKind kind, uint32_t code) noexcept {
-  if (fault_.kind != FaultKind::kNone) return;
-  fault_ = {.kind = kind, .code = code};
+void OdriveAxis::fail(FaultKind kind, uint32_t code) noexcept { fail({.kind = kind, .code = code}); }
+
+void OdriveAxis::fail(const DriveFault& fault) noexcept {
+  if (fault_.kind != FaultKind::kNone || fault.kind == FaultKind::kNone) return;
+  fault_ = fault;
   phase_ = Phase::kOff;
-  if (kind == FaultKind::kStartTimeout) stage_ = Stage::kFailed;
+  if (fault.kind == FaultKind::kStartTimeout) stage_ = Stage::kFailed;
 }
 
 uint32_t OdriveAxis::fault_code() const noexcept {

@@ -4,6 +4,7 @@
 
 #include "hal/bus/frame_batch.h"
 #include "hal/drive/drives.h"
+#include "hal/drive/following_monitor.h"
 #include "hal/drive/range_monitor.h"
 #include "hal/odrive/odrive.h"
 #include "hal/odrive/odrive_settings.h"
@@ -63,8 +64,8 @@ class OdriveAxis {
   /// Whether the axis was brought to closed-loop control and is in it.
   bool enabled() const noexcept { return phase_ == Phase::kOn; }
 
-  /// Whether nothing that is known says that the axis has power.
-  bool disabled() const noexcept;
+  /// What is known of its power stage.
+  DrivePower power() const noexcept;
 
   /// Last known displacement, m or m³; 0 before the first.
   double position() const noexcept { return scale_.to_displacement(position_); }
@@ -86,6 +87,7 @@ class OdriveAxis {
 
   void on_heartbeat(const OdriveHeartbeat& heartbeat, int64_t arrival_ns) noexcept;
   void on_estimates(const OdriveEstimates& estimates, int64_t arrival_ns) noexcept;
+  void monitor_motion(int64_t arrival_ns) noexcept;
   void prepare(int64_t now_ns, FrameBatch& out) noexcept;
   void request_closed_loop(int64_t now_ns, FrameBatch& out) noexcept;
   void wait_for_closed_loop(int64_t now_ns, FrameBatch& out) noexcept;
@@ -98,6 +100,7 @@ class OdriveAxis {
   void append_torque(double torque, FrameBatch& out) const noexcept;
   bool in_closed_loop() const noexcept { return heartbeat_.state == kOdriveClosedLoop; }
   void fail(FaultKind kind, uint32_t code) noexcept;
+  void fail(const DriveFault& fault) noexcept;
   uint32_t fault_code() const noexcept;
 
   const MasterConfig& config_;
@@ -107,6 +110,7 @@ class OdriveAxis {
   OdriveAxisSettings settings_;
   bool follows_effort_;
   RangeMonitor range_;
+  FollowingMonitor following_monitor_;
 
   Stage stage_ = Stage::kListening;
   int64_t stage_since_ns_ = 0;  // 0: supervision has not begun

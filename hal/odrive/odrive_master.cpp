@@ -1,8 +1,10 @@
 #include "hal/odrive/odrive_master.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
+#include "hal/drive/following_monitor.h"
 #include "hal/drive/formatted.h"
 
 namespace tendril::hal {
@@ -35,6 +37,16 @@ void check_axis(const MasterConfig& config, int i) {
 MasterConfig checked_odrive(MasterConfig config) {
   check_odrive(config);
   return config;
+}
+
+/// Identifiers of frames that a running controller repeats: it feeds the watchdogs with them.
+std::vector<uint32_t> controller_ids(const MasterConfig& config) {
+  std::vector<uint32_t> ids;
+  for (const AxisConfig& axis : config.axes)
+    for (const OdriveMessage message : {OdriveMessage::kSetAxisState, OdriveMessage::kSetControllerMode,
+                                        OdriveMessage::kSetInputPosition, OdriveMessage::kSetInputTorque})
+      ids.push_back(odrive_id(axis.node, message));
+  return ids;
 }
 
 std::string words_of_components(uint8_t components) {
@@ -81,20 +93,21 @@ std::array<uint32_t, 2> received_odrive_ids(const AxisConfig& axis) noexcept {
 OdriveMaster::OdriveMaster(MasterConfig config)
     : config_(checked_odrive(std::move(config))),
       axis_table_(config_.axes, received_odrive_ids),
-      supervisor_(config_) {
+      supervisor_(config_, controller_ids(config_)) {
   axes_.reserve(config_.axes.size());
   for (const AxisConfig& axis : config_.axes) axes_.emplace_back(axis, config_);
 }
 
 std::vector<uint32_t> OdriveMaster::identifiers() const {
   std::vector<uint32_t> ids = supervisor_.identifiers();
+  std::ranges::copy(controller_ids(config_), std::back_inserter(ids));
   for (const AxisConfig& axis : config_.axes)
     for (const uint32_t id : received_odrive_ids(axis)) ids.push_back(id);
   return ids;
 }
 
 void OdriveMaster::receive(const Frame& frame, int64_t arrival_ns) noexcept {
-  if (supervisor_.receive_sensor(frame, arrival_ns)) return;
+  if (supervisor_.receive(frame, arrival_ns)) return;
   const int axis = axis_table_.find(frame);
   if (axis != AxisTable::kNoAxis) axes_[axis].receive(frame, arrival_ns);
 }
@@ -105,6 +118,7 @@ const Measurement& OdriveMaster::measure(BusHealth health, int64_t now_ns) noexc
 
 void OdriveMaster::command(const Command& command, int64_t now_ns, FrameBatch& out) noexcept {
   if (command.reset) supervisor_.reset(axes_);
+  if (!supervisor_.may_send(now_ns)) return;
   const Measurement& known = supervisor_.measurement();
   if (command.finish && !command.enable && known.all_disabled)
     for (OdriveAxis& axis : axes_) axis.release();
@@ -119,6 +133,8 @@ void OdriveMaster::command(const Command& command, int64_t now_ns, FrameBatch& o
 
 std::string OdriveMaster::describe(const DriveFault& fault) const {
   const std::string kind = name(fault.kind);
+  if (fault.kind == FaultKind::kOtherMaster)
+    return kind + formatted(": its frames with identifier 0x%03X are on the bus. End it first", fault.code);
   if (fault.axis < 0 || fault.axis >= static_cast<int>(axes_.size())) return kind;
   const std::string who = label(config_, fault.axis) + ": ";
   const OdriveFirmware firmware = odrive_settings(config_).firmware;
@@ -142,6 +158,9 @@ std::string OdriveMaster::describe(const DriveFault& fault) const {
     case FaultKind::kPositionJumped:
       return who + kind +
              formatted(" by %.3f turns: has it a reference?", 1e-3 * static_cast<int32_t>(fault.code));
+    case FaultKind::kNotFollowing:
+    case FaultKind::kFeedbackJumped:
+      return who + describe_motion_fault(config_.axes[fault.axis], fault);
     case FaultKind::kOutOfRange:
       return who + describe_out_of_range(fault);
     default:

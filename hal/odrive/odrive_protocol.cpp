@@ -147,7 +147,8 @@ class OdriveProtocol final : public DriveProtocol {
                 settings_as<OdriveSimulationSettings>(actuator.protocol_settings).encoder_counts,
             .heartbeat_ns = config.heartbeat_ns,
             .encoder_period_ns = odrive_settings(config).encoder_period_ns,
-            .watchdog_ns = config.heartbeat_timeout_ns},
+            .watchdog_ns = config.heartbeat_timeout_ns,
+            .left_enabled = actuator.left_enabled},
         a.scale, actuator.force_limit, odrive_id(a.node, OdriveMessage::kHeartbeat));
   }
 

@@ -16,6 +16,7 @@ SimulatedOdriveDrive::SimulatedOdriveDrive(const SimulatedOdriveSpec& spec) noex
       servo_(spec.top_speed, spec.tuning, spec.position),
       reports_position_(!spec.late_estimator) {
   input_.position = static_cast<float>(spec.position);
+  if (spec.left_enabled) state_ = kOdriveClosedLoop;
 }
 
 void SimulatedOdriveDrive::receive(const Frame& frame, int64_t now_ns, FrameBatch& out) noexcept {

@@ -28,7 +28,8 @@ struct SimulatedOdriveSpec {
   bool late_estimator = false;
   int64_t heartbeat_ns = 100'000'000;
   int64_t encoder_period_ns = 10'000'000;
-  int64_t watchdog_ns = 0;  // without a frame for that long it disarms; 0: never
+  int64_t watchdog_ns = 0;    // without a frame for that long it disarms; 0: never
+  bool left_enabled = false;  // at power-on it is in closed-loop control, as another controller left it
 };
 
 /// One simulated ODrive axis in position or torque control with the input passed through.

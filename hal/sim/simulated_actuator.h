@@ -18,6 +18,7 @@ struct SimulatedActuator {
   double force_limit = kUnlimited;                             // N or Pa, > 0: greatest effort of the motor
   double acceleration_time = ServoTuning{}.acceleration_time;  // s, see ServoTuning
   double friction = ServoTuning{}.friction;                    // see ServoTuning
+  bool left_enabled = false;              // at power-on its drive is enabled, as another controller left it
   std::optional<double> position_gain{};  // 1/s; none: as drives of the protocol are delivered
   std::any protocol_settings{};           // settings of the protocol, see DriveProtocol::read_simulation
 };

@@ -3,8 +3,10 @@
 #include <cmath>
 #include <string>
 
+#include "app/config/master_config.h"
 #include "app/config/plant_fault.h"
 #include "app/config/plant_fault_parser.h"
+#include "hal/drive/following_monitor.h"
 #include "tests/scenario/robot_files.h"
 
 // What the simulated robot can be made to suffer, in virtual time, on the finger with drives of both
@@ -93,7 +95,8 @@ TEST_CASE("A few lost frames, or frames that are late by a few cycles, stop noth
   CHECK(testing::within_limits(run.config, run.rig.trace()));
 }
 
-TEST_CASE("A drive that is jammed stays where it is and enabled, until it is let go", "[scenario]") {
+TEST_CASE("An axis that is stuck stays where it is, and goes on once it is let go within the limit",
+          "[scenario]") {
   const std::string protocol = GENERATE("canopen", "odrive");
   Running run(protocol);
   run.inject("stuck left");
@@ -105,6 +108,38 @@ TEST_CASE("A drive that is jammed stays where it is and enabled, until it is let
   run.inject("clear");
   run.rig.run_for(0.2);
   CHECK(run.rig.displacements().delta_a[1] != before.delta_a[1]);
+}
+
+TEST_CASE("An axis that is stuck for long stops the robot, with what was commanded and what is measured",
+          "[scenario]") {
+  const std::string protocol = GENERATE("canopen", "odrive");
+  CAPTURE(protocol);
+  Running run(protocol);
+  run.inject("stuck left");
+  const double stands = run.rig.displacements().delta_a[1];
+  REQUIRE(run.rig.run_until(Phase::kStopping, 3));
+  const hal::DriveFault fault = run.stop();
+  CHECK(fault.kind == FaultKind::kNotFollowing);
+  CHECK(fault.axis == 1);
+  CHECK(fault.measured == Approx(stands).margin(1e-5));
+  CHECK(std::abs(fault.wanted - fault.measured) ==
+        Approx(hal::following_error_limit(master_config(run.config).axes[1])).epsilon(0.1));
+}
+
+TEST_CASE("Drives that another controller has left enabled, with an offset, move by nothing at enabling",
+          "[scenario]") {
+  const std::string protocol = GENERATE("canopen", "odrive");
+  CAPTURE(protocol);
+  Config config = finger_with(protocol);
+  config.plant->drives.left_enabled = true;
+  VirtualRig rig(config, {});
+  CHECK(rig.drives().drive(0).power_stage() == hal::PowerStage::kOn);
+  const PlantDisplacements before = rig.displacements();
+  REQUIRE(rig.run_until(Phase::kRunning, 3));
+  for (int a = 0; a < 2; ++a) CHECK(std::abs(rig.displacements().delta_a[a] - before.delta_a[a]) < 2e-6);
+  rig.run_for(1);
+  CHECK(rig.phase() == Phase::kRunning);
+  CHECK(testing::within_limits(config, rig.trace()));
 }
 
 TEST_CASE("Cut cables pull no more, whatever their drives do, and for good", "[scenario]") {

@@ -80,8 +80,8 @@ class SerialAxis {
     return stamp_ns_ > 0 && now_ns - stamp_ns_ <= config_.feedback_timeout_ns;
   }
   bool enabled() const noexcept { return state_ == DriveState::kOn; }
-  bool disabled() const noexcept { return state_ != DriveState::kOn; }
-  bool finished() const noexcept { return finishing_ && disabled(); }
+  DrivePower power() const noexcept { return state_ == DriveState::kOn ? DrivePower::kOn : DrivePower::kOff; }
+  bool finished() const noexcept { return finishing_ && power() == DrivePower::kOff; }
   const DriveFault& fault() const noexcept { return fault_; }
 
  private:
@@ -119,7 +119,7 @@ MasterConfig checked(MasterConfig config) {
 class SerialMaster final : public DriveMaster {
  public:
   explicit SerialMaster(MasterConfig config)
-      : config_(checked(std::move(config))), table_(config_.axes, received_ids), supervisor_(config_) {
+      : config_(checked(std::move(config))), table_(config_.axes, received_ids), supervisor_(config_, {}) {
     for (const AxisConfig& axis : config_.axes) axes_.emplace_back(axis, config_);
   }
 
@@ -134,7 +134,7 @@ class SerialMaster final : public DriveMaster {
   void receive(const Frame& frame, int64_t arrival_ns) noexcept override {
     const int axis = table_.find(frame);
     if (axis == AxisTable::kNoAxis)
-      supervisor_.receive_sensor(frame, arrival_ns);
+      supervisor_.receive(frame, arrival_ns);
     else
       axes_[axis].receive(frame, arrival_ns);
   }

@@ -27,6 +27,12 @@ Config finger_aside(double force_limit_N) {
   return config;
 }
 
+/// The same robot, which goes on however far its axes are dragged from their commands.
+Config that_goes_on(Config config) {
+  for (ActuatorConfig& actuator : config.actuators) actuator.drive.following_error = 1;
+  return config;
+}
+
 /// The least and the greatest of what is asked for every millisecond for a tenth of a second.
 template <class Ask>
 std::pair<double, double> range_of(VirtualRig& rig, const Ask& ask) {
@@ -43,7 +49,7 @@ TEST_CASE("A drive gives way to more than it holds, and comes to rest where it h
   const bool reversed = GENERATE(false, true);
   CAPTURE(time_step, reversed);
   constexpr double kLimit_N = 0.4;
-  Config config = finger_aside(kLimit_N);
+  Config config = that_goes_on(finger_aside(kLimit_N));
   config.plant->time_step = time_step;
   config.actuators[0].drive.scale.reversed = reversed;
   VirtualRig rig(config, {});
@@ -56,7 +62,7 @@ TEST_CASE("A drive gives way to more than it holds, and comes to rest where it h
 }
 
 TEST_CASE("Rods that push and pull are held with no more than their drives' force", "[scenario]") {
-  Config config = testing::shipped("platform");
+  Config config = that_goes_on(testing::shipped("platform"));
   config.motion->waypoints = {config.motion->waypoints[0]};
   config.plant->drives.force_limit = 0.2;
   VirtualRig rig(config, {.model_rate_hz = 20});
@@ -95,7 +101,7 @@ TEST_CASE("A drive that is dragged out of its following-error window stops the r
 }
 
 TEST_CASE("A cable that is cut no longer drags its drive", "[scenario]") {
-  const Config config = finger_aside(0.4);
+  const Config config = that_goes_on(finger_aside(0.4));
   VirtualRig rig(config, {});
   rig.run_for(2.5);
   REQUIRE(rig.displacements().delta_a[0] < rig.trace().back().command[0] - kLagging_m);

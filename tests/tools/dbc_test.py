@@ -111,7 +111,8 @@ class EdsTest(unittest.TestCase):
         self.assertEqual(eds["6064"]["DataType"], "0x0004")
         self.assertEqual(eds["60C2sub2"]["DefaultValue"], "-3")
         mappable = [section for section in eds.sections() if eds[section].get("PDOMapping") == "1"]
-        self.assertEqual(mappable, ["1001", "603F", "6040", "6041", "6060", "6061", "6064", "6071", "6077", "607A"])
+        self.assertEqual(mappable, ["1001", "603F", "6040", "6041", "6060", "6061", "6064", "6071", "6077", "607A", "60B0",
+                                    "60B1", "60B2"])
         composite = [section for section in eds.sections() if "SubNumber" in eds[section]]
         composites = {section: int(eds[section]["ObjectType"], 0) for section in composite}
         arrays = [index for index, kind in composites.items() if kind == 8]

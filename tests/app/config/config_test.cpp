@@ -225,7 +225,7 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(thumb.reference == tendril::hal::Reference::kHoming);
   CHECK(thumb.referenced_bit == 15);
   CHECK_FALSE(thumb.soft_limits);
-  CHECK(thumb.following_error == 2e-3);
+  CHECK(c.actuators[2].drive.following_error == 2e-3);
   CHECK(thumb.homing.method == 17);
   CHECK(thumb.homing.speed_search == 200);
   CHECK(thumb.homing.speed_zero == 20);
@@ -352,7 +352,7 @@ bus: {name: can0, master_node: 1}
   CHECK(tendril::hal::cia402_settings(c.actuators[0].drive).referenced_bit == -1);
   CHECK(tendril::hal::cia402_settings(c.actuators[0].drive).soft_limits);
   CHECK(tendril::hal::cia402_settings(c.actuators[0].drive).mapping == tendril::hal::Mapping::kConfigure);
-  CHECK(tendril::hal::cia402_settings(c.actuators[0].drive).following_error == 0);
+  CHECK(c.actuators[0].drive.following_error == 0);
   CHECK_FALSE(c.actuators[0].follows_effort());
   CHECK(c.fixed.line == 5);
   CHECK(c.bus.line == 14);

@@ -80,6 +80,7 @@ TEST_CASE("Model, control and main thread of the daemon run a robot together fro
   CHECK(run_daemon(config, options) == 0);
   const nlohmann::json summary = summary_in(options.report);
   CHECK(summary["faults"].empty());
+  CHECK(summary["warnings"].empty());
   CHECK(summary["model_refreshes"] >= 2);
   CHECK(summary["qp"]["statuses"]["optimal"] >= 1);
 }

@@ -158,11 +158,8 @@ void check_death(Workbench& bench, const std::vector<uint32_t>& told, const std:
 TEST_CASE("What befalls CiA 402 drives and their controller stops the robot with the reason", "[vcan]") {
   if (skipped()) return;
   const OwnInterface interface;
-  Changes changes = kSoonMissed;
-  changes.emplace_back("plant:  ", "plant:\n  drives: {following_error: 0.05}");
-  Workbench bench(changes, interface.name());
+  Workbench bench(kSoonMissed, interface.name());
   check_stops(bench, {{"fault left emcy 0x2310", "'left' (node 2): drive fault"},
-                      {"stuck left", "'left' (node 2): drive fault: following error"},
                       {"heartbeat left off", "'left' (node 2): heartbeat lost"},
                       {"bus off", "lost"}});
   const auto master_lost = [](int node) {
@@ -206,6 +203,16 @@ TEST_CASE("What befalls ODrive axes and their controller stops the robot with th
   constexpr auto kHeartbeat = hal::OdriveMessage::kHeartbeat;
   check_death(bench, {hal::odrive_id(1, kHeartbeat), hal::odrive_id(2, kHeartbeat)},
               {watchdog(1), watchdog(2)});
+}
+
+TEST_CASE("An axis that is stuck stops the robot with what was commanded and what is measured", "[vcan]") {
+  if (skipped()) return;
+  const OwnInterface interface;
+  Changes changes = GENERATE(Changes{}, odrive("0.6"));
+  for (int axis = 0; axis < 2; ++axis)
+    changes.emplace_back("pulley_radius: 5 mm}", "pulley_radius: 5 mm, following_error: 3 mm}");
+  Workbench bench(changes, interface.name());
+  check_stops(bench, {{"stuck left", "'left' (node 2): axis does not follow: commanded "}});
 }
 
 TEST_CASE("A robot goes on through noise, delay, lost frames and a cut cable, not without a required sensor",

@@ -121,6 +121,7 @@ void check_summary(const nlohmann::json& summary, const std::string& bus) {
   CHECK(rt.at("heap_calls") == 0);
 #endif
   CHECK(summary.at("faults") == nlohmann::json::array());
+  CHECK(summary.at("warnings") == nlohmann::json::array());
 }
 
 void check_trace(const Trace& trace, const nlohmann::json& summary) {
@@ -172,6 +173,7 @@ TEST_CASE("A run of two seconds ends with exit code 0, a whole report and no fau
                  Catch::Contains("axis 1 'left' (node 2): tendril-plant"));
   const nlohmann::json summary = read_summary(bench.report());
   CHECK(summary.at("faults") == nlohmann::json::array());
+  CHECK(summary.at("warnings") == nlohmann::json::array());
   CHECK(summary.at("cycles") >= 2 / kPeriod);  // deadlines, whether a stall made it miss them or not
   const Trace trace = read_trace(bench.report());
   check_trace(trace, summary);
@@ -284,6 +286,28 @@ TEST_CASE("SIGKILL of the daemon stops the drives by themselves, and a new one c
     REQUIRE(listener.until([node](const Heard& heard) { return heard.emergencies.at(node).size() > 1; }));
     CHECK(listener.heard().emergencies.at(node) == std::vector<uint16_t>{kMasterLost, 0});
   }
+}
+
+TEST_CASE("Beside a running daemon a second one and a jog send nothing, and the first goes on",
+          "[scenario]") {
+  // Whoever comes later listens for four heartbeats: on a stalling machine, too, the first is then heard.
+  Workbench bench(Changes{{"heartbeat: 50 ms", "heartbeat: 1 s"}});
+  BusListener listener(bench.bus(), kNodes);
+  Process first(bench.daemon());
+  REQUIRE(first.says("phase: run"));
+  for (const auto& command : {bench.daemon(), bench.jog("left", {"--by", "1 mm"})}) {
+    const Ended later = run(command);
+    INFO(later.out << later.err);
+    CHECK(later.code == 1);
+    CHECK_THAT(later.out + later.err, Catch::Contains("another controller commands these drives") &&
+                                          !Catch::Contains("drives disabled"));
+  }
+  CHECK_FALSE(first.wait(0));
+  first.send(SIGTERM);
+  CHECK(first.wait() == 0);
+  INFO(first.err());
+  CHECK_THAT(first.err(), Catch::Contains("drives disabled"));
+  for (const int node : kNodes) CHECK(listener.read(node, kWatchedMaster) == 0u);
 }
 
 TEST_CASE("SIGKILL of the plant ends the daemon with exit code 1 and one line that says why", "[scenario]") {

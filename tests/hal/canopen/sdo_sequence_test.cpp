@@ -120,20 +120,49 @@ TEST_CASE("A value that is there already is not written again", "[unit]") {
   }
 }
 
-TEST_CASE("An absent object is passed over where it is optional, and no other refusal is", "[unit]") {
+TEST_CASE(
+    "An object that cannot be read is passed over where it is optional, one that cannot be written is not",
+    "[unit]") {
   for (const bool only_if_different : {false, true})
-    for (const auto& [answer, status] : {std::pair{"582#80C2600200000206", SdoSequence::Status::kDone},
-                                         std::pair{"582#80C2600202000106", SdoSequence::Status::kFailed}}) {
+    for (const char* refusal : {"582#80C2600200000206", "582#80C2600202000106", "582#80C2600200000008"}) {
       const SdoStep step{.request = {SdoRequest::Kind::kWrite, {0x60C2, 2}, 1, 0xFD},
                          .only_if_different = only_if_different,
-                         .tolerance = Tolerance::kMissingObject};
+                         .tolerance = Tolerance::kUnreadable};
       SdoSequence sequence(2, 100, 1);
       sequence.start({&step, 1});
       FrameBatch out;
       sequence.advance(0, out);
-      sequence.receive(*decode_sdo_answer(*parse_frame(answer), 2));
-      CHECK(sequence.advance(1, out) == status);
+      sequence.receive(*decode_sdo_answer(*parse_frame(refusal), 2));
+      CHECK(sequence.advance(1, out) ==
+            (only_if_different ? SdoSequence::Status::kDone : SdoSequence::Status::kFailed));
     }
+}
+
+/// What becomes of a write that is to be read back, by the answers of the drive in turn.
+SdoSequence::Status verified(std::initializer_list<const char*> answers) {
+  const SdoStep step{.request = {SdoRequest::Kind::kWrite, {0x1400, 2}, 1, 1}, .verify = true};
+  SdoSequence sequence(2, 100, 2);
+  sequence.start({&step, 1});
+  FrameBatch out;
+  int64_t now_ns = 0;
+  for (const char* answer : answers) {
+    if (sequence.advance(now_ns, out) != SdoSequence::Status::kRunning) break;
+    sequence.receive(*decode_sdo_answer(*parse_frame(answer), 2));
+    now_ns += 100;
+  }
+  return sequence.advance(now_ns, out);
+}
+
+TEST_CASE("A value that must be read back counts as written once the drive shows it", "[unit]") {
+  constexpr const char *kWritten = "582#6000140200000000", *kShows1 = "582#4F00140201000000",
+                       *kShows255 = "582#4F001402FF000000";
+  CHECK(verified({kWritten}) == SdoSequence::Status::kRunning);
+  CHECK(verified({kWritten, kShows1}) == SdoSequence::Status::kDone);
+  CHECK(verified({kWritten, kShows255, kShows1}) ==
+        SdoSequence::Status::kDone);  // a drive that takes its time
+  CHECK(verified({kWritten, kShows255, kShows255}) == SdoSequence::Status::kFailed);
+  CHECK(verified({kWritten, "582#8000140201000106"}) == SdoSequence::Status::kDone);    // write-only
+  CHECK(verified({kWritten, "582#8000140200000008"}) == SdoSequence::Status::kFailed);  // any other refusal
 }
 
 TEST_CASE("A value is compared in the bits that count, and told where it is another", "[unit]") {

@@ -153,7 +153,7 @@ TEST_CASE("A drive whose EMCY is lost, or older than we are, is asked what its f
   CHECK(rig.measured.fault.axis == 0);
   rig.command.enable = false;
   rig.command.finish = ends;
-  rig.run_for(10 * kMillisecond_ns);
+  rig.run_for(50 * kMillisecond_ns);
   CHECK(rig.master.describe(rig.measured.fault) ==
         "axis 0 'cable 0' (node 1): drive fault: overvoltage of the DC link (EMCY 3210)");
   CHECK(rig.measured.finished == ends);
@@ -182,11 +182,11 @@ TEST_CASE("A drive that leaves operation by itself is a fault", "[unit]") {
 
 TEST_CASE("A refused setting names object and reason", "[unit]") {
   Rig rig(config_of(2));
-  rig.tamper = refusing({0x60C2, 1}, SdoAbort::kBadValue);
+  rig.tamper = refusing({0x1017, 0}, SdoAbort::kBadValue);
   const DriveFault fault = rig.fault();
   CHECK(fault.kind == FaultKind::kConfiguration);
   CHECK(rig.master.describe(fault) ==
-        "axis 1 'cable 1' (node 2): configuration failed at object 60C2:1: value not allowed (SDO abort "
+        "axis 1 'cable 1' (node 2): configuration failed at object 1017:0: value not allowed (SDO abort "
         "06090030)");
   rig.tamper = nullptr;
   rig.command.reset = true;
@@ -324,12 +324,13 @@ TEST_CASE("A fault that does not clear at once is reset again, slowly, and repor
   const auto from = static_cast<int>(rig.traffic.size());
   rig.command.enable = true;
   CHECK(rig.fault().kind == FaultKind::kDriveFault);
-  int edges = 0, held = 0, shortest = 1000;
+  int edges = 0, held = 0;
+  std::vector<int> levels;  // cycles that each was held
   uint16_t last = 0;
   for (int k = from; k < static_cast<int>(rig.traffic.size()); ++k)
     if (const auto rpdo = decode_drive_command(0x201, rig.traffic[k])) {
       if (rpdo->controlword != last) {
-        if (edges > 0) shortest = std::min(shortest, held);
+        if (edges > 0) levels.push_back(held);
         edges += rpdo->controlword == kFaultReset ? 1 : 0;
         held = 0;
       }
@@ -337,7 +338,9 @@ TEST_CASE("A fault that does not clear at once is reset again, slowly, and repor
       last = rpdo->controlword;
     }
   CHECK(edges > 10);
-  CHECK(shortest >= 6);  // cycles, 10 ms
+  REQUIRE(!levels.empty());
+  levels.pop_back();                              // the fault cut it short
+  CHECK(*std::ranges::min_element(levels) >= 6);  // cycles, 10 ms
 }
 
 TEST_CASE("The state of the bus becomes a fault of the whole robot", "[unit]") {

@@ -37,7 +37,9 @@ SoftLimits told(SoftLimits has, SoftLimits shall) {
   AxisConfig axis{.name = "cable", .node = 2, .scale = {.counts_per_turn = 1, .displacement_per_turn = 1}};
   axis.displacement_min = shall.min;
   axis.displacement_max = shall.max;
-  const std::vector<SdoStep> steps = following_steps(axis);
+  const MasterConfig config = config_of(1);
+  std::vector<SdoStep> steps = following_steps(axis, config);
+  std::erase_if(steps, [](const SdoStep& step) { return step.request.object.index != 0x607D; });
   SdoSequence sequence(2, 100, 1);
   sequence.start(steps);
   for (int64_t now_ns = 0; now_ns < 20; ++now_ns) {
@@ -46,8 +48,10 @@ SoftLimits told(SoftLimits has, SoftLimits shall) {
     REQUIRE(out.size() == 1);
     const SdoRequest request = *decode_sdo_request(out[0], 2);
     SdoAnswer answer{.kind = SdoAnswer::Kind::kWritten, .object = request.object};
-    if (request.kind == SdoRequest::Kind::kRead) answer = {SdoAnswer::Kind::kValue, request.object, 1, 8};
-    if (request.object.index == 0x607D) {
+    if (request.kind == SdoRequest::Kind::kRead) {
+      const int32_t value = request.object.sub == 1 ? has.min : has.max;
+      answer = {SdoAnswer::Kind::kValue, request.object, 4, static_cast<uint32_t>(value)};
+    } else {
       SoftLimits limits = has;
       (request.object.sub == 1 ? limits.min : limits.max) = static_cast<int32_t>(request.value);
       if (limits.min < limits.max)
@@ -146,9 +150,12 @@ TEST_CASE("A drive without soft limits is a fault that names them, unless it is 
   }
 }
 
-TEST_CASE("A drive that cannot follow gives up at the window that it was told", "[unit]") {
+TEST_CASE(
+    "An axis that does not follow is a fault beyond the limit that the file gives, which its drive is told "
+    "too",
+    "[unit]") {
   MasterConfig config = config_of(2);
-  cia402_settings(config.axes[0]).following_error = 1e-3;
+  config.axes[0].following_error = 1e-3;
   EnabledRig rig(config);
   CHECK(written(rig, 1, {0x6065, 0}) == std::lround(1e-3 / kCount));
   CHECK_FALSE(written(rig, 2, {0x6065, 0}));
@@ -160,10 +167,13 @@ TEST_CASE("A drive that cannot follow gives up at the window that it was told", 
   CHECK_FALSE(rig.faulted());
   for (int i = 0; i < 2; ++i) rig.command.displacement[i] = start[i] + 1.01e-3;
   const DriveFault fault = rig.fault(50 * kMillisecond_ns);
-  CHECK(fault.kind == FaultKind::kDriveFault);
+  CHECK(fault.kind == FaultKind::kNotFollowing);
   CHECK(fault.axis == 0);
-  rig.run_for(5 * kMillisecond_ns);
-  CHECK_THAT(rig.master.describe(rig.measured.fault), Catch::Contains("following error (EMCY 8611)"));
+  CHECK_THAT(rig.master.describe(fault),
+             Catch::Contains("'cable 0' (node 1): axis does not follow: commanded ") &&
+                 Catch::Contains(" mm, measured ") && Catch::Contains("limit 1 mm"));
+  rig.run_for(20 * kMillisecond_ns);
+  CHECK(rig.drives[0].power_stage() != PowerStage::kOn);
 }
 
 }  // namespace tendril::hal::cia402_limits_test

@@ -51,8 +51,7 @@ TEST_CASE("A sound configuration passes and each unsound one says what is wrong"
           [](MasterConfig& c) { cia402_settings(c.axes[1]).referenced_bit = 16; });
   refused("stroke: expected a least displacement",
           [](MasterConfig& c) { c.axes[0].displacement_min = 1e-3, c.axes[0].displacement_max = 0; });
-  refused("following_error: expected",
-          [](MasterConfig& c) { cia402_settings(c.axes[0]).following_error = -1e-3; });
+  refused("following_error: expected", [](MasterConfig& c) { c.axes[0].following_error = -1e-3; });
   refused("homing.timeout: expected", [](MasterConfig& c) {
     cia402_settings(c.axes[0]).reference = Reference::kHoming;
     cia402_settings(c.axes[0]).homing.timeout_ns = 0;
