@@ -7,20 +7,19 @@ namespace tendril::hal {
 
 void DriveNames::start() noexcept {
   at_ = 0;
-  upload_.start(object());
+  upload_.start({kObjects[at_], 0});
 }
 
-SdoUpload::Status DriveNames::advance(int64_t now_ns, FrameBatch& out) noexcept {
+bool DriveNames::advance(int64_t now_ns, FrameBatch& out) noexcept {
   const SdoUpload::Status status = upload_.advance(now_ns, out);
-  if (status == SdoUpload::Status::kRunning) return status;
-  if (upload_.failure() == static_cast<uint32_t>(SdoAbort::kTimeout)) return SdoUpload::Status::kFailed;
+  if (status == SdoUpload::Status::kRunning) return false;
   const bool done = status == SdoUpload::Status::kDone;
   const std::string_view text = done ? upload_.text() : std::string_view{};
   std::copy(text.begin(), text.end(), texts_[at_].begin());
   sizes_[at_] = static_cast<int>(text.size());
-  if (++at_ == kCount) return SdoUpload::Status::kDone;
-  upload_.start(object());
-  return SdoUpload::Status::kRunning;
+  if (++at_ == kCount) return true;
+  upload_.start({kObjects[at_], 0});
+  return false;
 }
 
 /// Without control characters; some drives pad with blanks or zeros.

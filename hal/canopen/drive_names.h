@@ -8,7 +8,7 @@
 namespace tendril::hal {
 
 /// The names that a drive gives itself: device name, hardware version, software version. [CiA 301, objects
-/// 1008, 1009, 100A] All are optional: where a drive refuses one, its text is empty.
+/// 1008, 1009, 100A] All are optional: where a drive refuses one, or does not answer, its text is empty.
 class DriveNames {
  public:
   /// See SdoUpload.
@@ -20,16 +20,13 @@ class DriveNames {
   /// Processes an answer of the drive. Real-time: yes.
   void receive(const SdoAnswer& answer) noexcept { upload_.receive(answer); }
 
-  /// Sends the next request if one is due: at most one frame.
-  /// @return  kFailed where the drive does not answer at all
+  /// Sends the next request if one is due: at most one frame. Not after all are known.
+  /// @return  whether all are known
   /// Real-time: yes (bounded, no allocation).
-  SdoUpload::Status advance(int64_t now_ns, FrameBatch& out) noexcept;
+  bool advance(int64_t now_ns, FrameBatch& out) noexcept;
 
-  /// Whether all were read or refused; none changes then until `start`. Real-time: yes.
+  /// Whether all were read, refused or not answered; none changes then until `start`. Real-time: yes.
   bool known() const noexcept { return at_ == kCount; }
-
-  /// The object that is being read, until all are known. Real-time: yes.
-  ObjectAddress object() const noexcept { return {kObjects[at_], 0}; }
 
   /// "EPOS4 Module 50/5, hardware 6551, software 0170". Real-time: no (allocates).
   std::string text() const;

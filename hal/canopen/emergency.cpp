@@ -16,9 +16,11 @@ Frame encode_emergency(int node, const Emergency& emergency) noexcept {
 }
 
 std::optional<Emergency> decode_emergency(const Frame& frame, int node) noexcept {
-  if (!is_message(frame, kEmergencyBase + node, 8)) return std::nullopt;
+  constexpr int kLeast = 3, kWhole = 8;  // bytes
+  if (frame.id != kEmergencyBase + node || frame.extended || frame.remote) return std::nullopt;
+  if (frame.length < kLeast || frame.length > kWhole) return std::nullopt;
   Emergency emergency{.code = get<uint16_t>(frame.data, 0), .error_register = frame.data[2]};
-  std::copy_n(frame.data.begin() + 3, emergency.detail.size(), emergency.detail.begin());
+  std::copy_n(frame.data.begin() + kLeast, frame.length - kLeast, emergency.detail.begin());
   return emergency;
 }
 

@@ -18,7 +18,8 @@ struct Emergency {
 /// The EMCY frame of `node`. Real-time: yes.
 Frame encode_emergency(int node, const Emergency& emergency) noexcept;
 
-/// Reads an EMCY frame. @return nothing where the frame is none of `node`. Real-time: yes.
+/// Reads an EMCY frame; one may leave out manufacturer-specific bytes. @return nothing where the frame is
+/// none of `node`. Real-time: yes.
 std::optional<Emergency> decode_emergency(const Frame& frame, int node) noexcept;
 
 /// An EMCY error code in words, or its class where it is none of the usual ones [CiA 301, table of emergency

@@ -111,10 +111,20 @@ Frame encode_sdo_answer(int node, const SdoAnswer& answer) noexcept {
   }
 }
 
-std::optional<SdoAnswer> decode_sdo_answer(const Frame& frame, int node) noexcept {
-  if (!is_message(frame, kSdoAnswerBase + node, 8)) return std::nullopt;
+/// Some drives leave out the bytes at the end of an answer that mean nothing.
+std::optional<SdoAnswer> decode_sdo_answer(const Frame& received, int node) noexcept {
+  constexpr int kHeader = 4, kWhole = 8;  // bytes
+  const int length = received.length;
+  const bool is_answer = received.id == kSdoAnswerBase + node && !received.extended && !received.remote;
+  if (!is_answer || length == 0 || length > kWhole) return std::nullopt;
+  Frame frame;
+  std::copy_n(received.data.begin(), length, frame.data.begin());
   const uint8_t command = frame.data[0];
-  if ((command & kSpecifier) == 0) return segment_of(frame);
+  if ((command & kSpecifier) == 0) {
+    const SdoAnswer segment = segment_of(frame);
+    return length > segment.size ? std::optional(segment) : std::nullopt;
+  }
+  if (length < kHeader) return std::nullopt;
   SdoAnswer answer{.object = object_of(frame), .value = get<uint32_t>(frame.data, 4)};
   if ((command & kSpecifier) == kDownloaded) {
     answer.kind = SdoAnswer::Kind::kWritten;
@@ -122,6 +132,7 @@ std::optional<SdoAnswer> decode_sdo_answer(const Frame& frame, int node) noexcep
     answer.kind = SdoAnswer::Kind::kValue;
     answer.size = size_of(command);
     answer.value = low_bytes(answer.value, answer.size);
+    if (length < kHeader + answer.size) return std::nullopt;
   } else if ((command & kSpecifier) == kUpload) {
     answer.kind = SdoAnswer::Kind::kSegmented;
     if (!(command & kSizeGiven)) answer.value = 0;

@@ -88,8 +88,9 @@ std::optional<SdoRequest> decode_sdo_request(const Frame& frame, int node) noexc
 /// Real-time: yes.
 Frame encode_sdo_answer(int node, const SdoAnswer& answer) noexcept;
 
-/// Reads an answer. @return nothing where the frame is no SDO answer of `node`; kOther for segmented writes
-/// and block transfers. Real-time: yes.
+/// Reads an answer. It may be shorter than 8 bytes, if no byte is missing that means something.
+/// @return nothing where the frame is no SDO answer of `node`; kOther for segmented writes and block
+/// transfers. Real-time: yes.
 std::optional<SdoAnswer> decode_sdo_answer(const Frame& frame, int node) noexcept;
 
 }  // namespace tendril::hal

@@ -22,15 +22,15 @@ struct SdoStep {
   uint32_t expected = 0;           // kRead: the value that the drive must have,
   uint32_t mask = 0xFFFF'FFFF;     // in these bits
   bool only_if_different = false;  // kWrite: read first, and written only if the value is different
-  bool verify = false;             // kWrite: read back, and must then be what was written, in the bits of `mask`
+  bool verify = false;  // kWrite: read back, and must then be what was written, in the bits of `mask`
   Tolerance tolerance = Tolerance::kNone;
 };
 
 /// An SDO client for a list of transfers with one drive, one transfer at a time. No function waits.
 ///
 /// A transfer that is not answered in time is repeated; a late answer to the first request then counts for
-/// the second. A read of another value than expected counts as not answered. What cannot be read back, as it is
-/// write-only, counts as written. Values have four bytes at most, which a drive may also send in segments.
+/// the second. A read of another value than expected counts as not answered. What cannot be read back, as it
+/// is write-only, counts as written. Values have four bytes at most, which a drive may also send in segments.
 class SdoSequence {
  public:
   enum class Status : uint8_t { kRunning, kDone, kFailed };

@@ -32,9 +32,11 @@ Frame pack_pdo(uint32_t cob_id, uint16_t word, Value value) noexcept {
   return frame;
 }
 
+/// What a PDO carries beyond its mapping means nothing; one that is too short is dropped. [CiA 301, PDO
+/// protocol]
 template <class Value>
 bool is_pdo(uint32_t cob_id, const Frame& frame) noexcept {
-  return frame.id == cob_id && !frame.extended && frame.length == kPdoLength<Value>;
+  return frame.id == cob_id && !frame.extended && !frame.remote && frame.length >= kPdoLength<Value>;
 }
 
 int64_t power_of_ten(int exponent) noexcept {

@@ -100,7 +100,8 @@ struct DriveFeedback {
 /// Packs RPDO 1. @param cob_id  its 11-bit identifier. Real-time: yes.
 Frame encode_drive_command(uint32_t cob_id, const DriveCommand& command) noexcept;
 
-/// Unpacks RPDO 1. @return nothing where the frame has another identifier or length. Real-time: yes.
+/// Unpacks RPDO 1. @return nothing where the frame has another identifier or is shorter.
+/// Real-time: yes.
 std::optional<DriveCommand> decode_drive_command(uint32_t cob_id, const Frame& frame) noexcept;
 
 /// Packs and unpacks the RPDO for torques in the same way. Real-time: yes.
@@ -110,7 +111,8 @@ std::optional<TorqueCommand> decode_torque_command(uint32_t cob_id, const Frame&
 /// Packs TPDO 1. @param cob_id  its 11-bit identifier. Real-time: yes.
 Frame encode_drive_feedback(uint32_t cob_id, const DriveFeedback& feedback) noexcept;
 
-/// Unpacks TPDO 1. @return nothing where the frame has another identifier or length. Real-time: yes.
+/// Unpacks TPDO 1. @return nothing where the frame has another identifier or is shorter.
+/// Real-time: yes.
 std::optional<DriveFeedback> decode_drive_feedback(uint32_t cob_id, const Frame& frame) noexcept;
 
 /// A SYNC period as object 60C2 holds it: value · 10^exponent seconds.

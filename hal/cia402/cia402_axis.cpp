@@ -63,8 +63,8 @@ void Cia402Axis::set_up(int64_t now_ns, FrameBatch& out) noexcept {
     if (startup_.power_is_off()) power_.confirm_off();
   } else if (reads_error_code_) {
     read_error_code(now_ns, out);
-  } else if (power_.preparing()) {
-    latch(power_.prepare(now_ns, sdo_, out));
+  } else if (power_.transferring()) {
+    latch(power_.transfer(now_ns, sdo_, out));
   }
 }
 
@@ -106,6 +106,7 @@ DrivePower Cia402Axis::power() const noexcept {
 void Cia402Axis::latch(const DriveFault& fault) noexcept {
   if (faulty() || fault.kind == FaultKind::kNone) return;
   fault_ = fault;
+  if (fault.kind != FaultKind::kDriveFault) fault_.emergency = power_.emergency();
   power_.stop();
   if (ends_startup(fault.kind)) startup_.give_up();
   reads_error_code_ = fault.kind == FaultKind::kDriveFault && fault.code == 0;

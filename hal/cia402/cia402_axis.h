@@ -44,16 +44,16 @@ class Cia402Axis {
   /// Starts again from the communication reset.
   void restart() noexcept;
 
-  /// Releases the drive as Cia402Startup::release does, as soon as the code of its fault is known. To be called until
-  /// `finished`.
+  /// Releases the drive as Cia402Startup::release does, as soon as the code of its fault is known. To be
+  /// called until `finished`.
   void release() noexcept;
 
-  /// Notes that the heartbeat of this master has been sent: drives begin to monitor it with the first one, and none is
-  /// enabled before that.
+  /// Notes that the heartbeat of this master has been sent: drives begin to monitor it with the first one,
+  /// and none is enabled before that.
   void on_heartbeat_sent() noexcept { monitors_us_ = monitors_us_ || startup_.synchronous(); }
 
   /// Whether set_up has more than a time-out to do, so that its turn matters.
-  bool setting_up() const noexcept { return startup_.busy() || power_.preparing() || reads_error_code_; }
+  bool setting_up() const noexcept { return startup_.busy() || power_.transferring() || reads_error_code_; }
 
   /// Whether the drive wants SYNC.
   bool synchronous() const noexcept { return startup_.synchronous(); }

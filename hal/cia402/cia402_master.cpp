@@ -113,6 +113,12 @@ std::string Cia402Master::identity(int axis) const {
 }
 
 std::string Cia402Master::describe(const DriveFault& fault) const {
+  if (fault.emergency == 0) return describe_alone(fault);
+  return describe_alone(fault) +
+         formatted("; before, it sent EMCY %04X: %s", fault.emergency, describe_emergency(fault.emergency));
+}
+
+std::string Cia402Master::describe_alone(const DriveFault& fault) const {
   const char* kind = name(fault.kind);
   if (fault.kind == FaultKind::kOtherMaster)
     return kind + formatted(": its frames with identifier 0x%03X are on the bus. End it first", fault.code);
@@ -120,11 +126,15 @@ std::string Cia402Master::describe(const DriveFault& fault) const {
   const std::string who = label(config_, fault.axis) + ": ";
   switch (fault.kind) {
     case FaultKind::kConfiguration:
+      if (fault.code == code(SdoAbort::kTimeout))
+        return who + formatted("node %d does not answer, asked for ", config_.axes[fault.axis].node) +
+               object_text(fault.object) + ": is it on, and at this bit rate?";
       return who + kind + " at " + object_text(fault.object) +
              formatted(": %s (SDO abort %08X)", describe_sdo_abort(fault.code), fault.code);
     case FaultKind::kUnexpectedValue:
       if (fault.object == kStatuswordObject)
-        return who + formatted("it has power before it is enabled, and does not lose it (statusword %04X)", fault.code);
+        return who + formatted("it has power before it is enabled, and does not lose it (statusword %04X)",
+                               fault.code);
       return who + kind + ": " + object_text(fault.object) +
              formatted(" reads 0x%X and must read 0x%X", fault.code, fault.expected);
     case FaultKind::kDriveFault:

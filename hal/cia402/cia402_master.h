@@ -16,11 +16,11 @@ namespace tendril::hal {
 /// The controller's side of CANopen drives in cyclic synchronous position or torque mode, all axes of a
 /// robot.
 ///
-/// Before its first frame it listens for another controller, see OtherMaster; where it hears one, it sends nothing.
-/// A cycle's frames are: heartbeat if due, start-up frames of a few axes, the RPDOs, SYNC last, so that all
-/// drives take their targets at the same instant and answer with their positions. The faults of drives that
-/// are in fault at the start, for example because the last controller failed, are reset when they are first
-/// enabled; later faults need Command::reset.
+/// Before its first frame it listens for another controller, see OtherMaster; where it hears one, it sends
+/// nothing. A cycle's frames are: heartbeat if due, start-up frames of a few axes, the RPDOs, SYNC last, so
+/// that all drives take their targets at the same instant and answer with their positions. The faults of
+/// drives that are in fault at the start, for example because the last controller failed, are reset when they
+/// are first enabled; later faults need Command::reset.
 ///
 /// Axes that need homing are homed once every drive is connected, one after the other in their order: cables
 /// pull against each other, so two axes that home at once could take the pull of the other one for an end
@@ -40,6 +40,7 @@ class Cia402Master final : public DriveMaster {
 
  private:
   void set_up(int64_t now_ns, FrameBatch& out) noexcept;
+  std::string describe_alone(const DriveFault& fault) const;
   int axis_to_home() const noexcept;
 
   MasterConfig config_;

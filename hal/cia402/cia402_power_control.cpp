@@ -39,6 +39,8 @@ Cia402PowerControl::Cia402PowerControl(const AxisConfig& axis, const MasterConfi
       following_monitor_(axis, config.period_ns),
       homing_steps_(homing_steps(axis, config)),
       following_steps_(following_steps(axis, config)),
+      homing_mode_(mode_steps(kModeHoming)),
+      following_mode_(mode_steps(following_mode(axis))),
       soft_limits_(soft_limits(axis)),
       reference_(cia402_settings(axis).reference),
       referenced_mask_(static_cast<uint16_t>(
@@ -64,16 +66,21 @@ DriveFault Cia402PowerControl::on_feedback(const DriveFeedback& feedback, int64_
 /// Judges the state of a drive that is being enabled or is on.
 DriveFault Cia402PowerControl::monitor_power() noexcept {
   if (in_fault(state_)) return {.kind = FaultKind::kDriveFault, .code = emergency_};
-  if (phase_ == Phase::kOn && state_ != DriveState::kEnabled)
+  if ((phase_ == Phase::kOn || phase_ == Phase::kConfirming) && state_ != DriveState::kEnabled)
     return {.kind = FaultKind::kDriveDisabled, .code = statusword_};
   if (enabled()) return monitor_motion();
   if (phase_ != Phase::kEnabling || state_ != DriveState::kEnabled) return {};
-  phase_ = Phase::kOn;
+  phase_ = Phase::kConfirming;
+  asks_mode_ = false;
   target_counts_ = true;
+  return {};
+}
+
+void Cia402PowerControl::begin_following() noexcept {
+  phase_ = Phase::kOn;
   has_followed_ = false;
   not_following_since_ns_ = 0;
   following_monitor_.begin(displacement(), position_stamp_ns_);
-  return {};
 }
 
 DriveFault Cia402PowerControl::monitor_motion() noexcept {
@@ -81,8 +88,10 @@ DriveFault Cia402PowerControl::monitor_motion() noexcept {
     return {.kind = FaultKind::kOutOfRange, .code = static_cast<uint32_t>(range_.excess(displacement()))};
   const DriveFault fault = following_monitor_.judge(displacement(), position_stamp_ns_);
   if (fault.kind != FaultKind::kNone) return fault;
-  if (says_it_follows()) not_following_since_ns_ = 0;
-  else if (not_following_since_ns_ == 0) not_following_since_ns_ = position_stamp_ns_;
+  if (says_it_follows())
+    not_following_since_ns_ = 0;
+  else if (not_following_since_ns_ == 0)
+    not_following_since_ns_ = position_stamp_ns_;
   else if (position_stamp_ns_ - not_following_since_ns_ > kNotFollowing_ns)
     return following_monitor_.not_following(displacement(), statusword_);
   return {};
@@ -122,7 +131,8 @@ DriveFault Cia402PowerControl::judge_homing(int64_t arrival_ns) noexcept {
 
 DriveFault Cia402PowerControl::on_emergency(uint16_t code) noexcept {
   emergency_ = code;
-  if (code == 0 || phase_ == Phase::kOff) return {};
+  if (code == 0 || phase_ == Phase::kOff || clearing_fault_)
+    return {};  // of a second fault that is cleared, too
   return {.kind = FaultKind::kDriveFault, .code = code};
 }
 
@@ -140,11 +150,27 @@ DriveFault Cia402PowerControl::supervise(int64_t now_ns, int64_t running_since_n
   return {.kind = attained ? FaultKind::kNotReferenced : FaultKind::kHomingTimeout, .code = statusword_};
 }
 
-DriveFault Cia402PowerControl::prepare(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept {
+DriveFault Cia402PowerControl::transfer(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept {
+  if (phase_ == Phase::kConfirming && !asks_mode_) {
+    asks_mode_ = true;
+    sdo.start(task_ == Task::kHome ? homing_mode_ : following_mode_);
+  }
   const SdoSequence::Status status = sdo.advance(now_ns, out);
+  if (phase_ == Phase::kConfirming) return confirm_mode(status, now_ns, sdo);
   if (status == SdoSequence::Status::kFailed) return fault_of_failed(sdo);
   if (status == SdoSequence::Status::kDone) phase_ = Phase::kEnabling;
   return {};
+}
+
+/// A mode that is not shown yet is asked for again.
+DriveFault Cia402PowerControl::confirm_mode(SdoSequence::Status status, int64_t now_ns,
+                                            SdoSequence& sdo) noexcept {
+  if (status == SdoSequence::Status::kDone) begin_following();
+  if (status != SdoSequence::Status::kFailed) return {};
+  asks_mode_ = false;
+  const bool shows_another = sdo.failure() == 0;
+  if (shows_another && now_ns - enabling_since_ns_ <= config_.enable_timeout_ns) return {};
+  return fault_of_failed(sdo);
 }
 
 Frame Cia402PowerControl::command(Task task, bool faulty, bool may_begin, bool all_enabled,
@@ -166,12 +192,14 @@ Frame Cia402PowerControl::command(Task task, bool faulty, bool may_begin, bool a
 
 uint16_t Cia402PowerControl::next_word(bool faulty, int64_t now_ns) noexcept {
   if (phase_ == Phase::kEnabling) return enabling_word(now_ns);
+  if (phase_ == Phase::kConfirming) return kEnableOperation;
   if (phase_ == Phase::kOn) return task_ == Task::kHome ? kEnableOperation | kStartHoming : kEnableOperation;
   return faulty ? kDisableVoltage : next_controlword(state_, DriveState::kSwitchOnDisabled);
 }
 
 /// A torque is in the RPDO before the power is on, so that the load moves nothing at enabling; a position is
-/// not, 607A follows 6064 until then, so that nothing jumps. It also does while a drive has power from elsewhere.
+/// not, 607A follows 6064 until then, so that nothing jumps. It also does while a drive has power from
+/// elsewhere.
 Frame Cia402PowerControl::rpdo(bool all_enabled, const AxisTarget& target) noexcept {
   if (follows_effort_) {
     const double thousandths = std::round(1e3 * scale_.to_torque(target.effort) / rated_torque_);

@@ -20,9 +20,9 @@ namespace tendril::hal {
 /// monitors its TPDO. Part of Cia402Axis.
 ///
 /// A task says what the drive shall do, and a phase how far its power stage has followed: off; preparing (SDO
-/// transfers without power); enabling (controlwords); on. Functions that can find a fault return it; of kind
-/// kNone: none. Call `stop` after a fault.
-/// Real-time: every function but the constructor (bounded, no allocation).
+/// transfers without power); enabling (controlwords); confirming (it has power and holds its position until
+/// it shows its mode); on. Functions that can find a fault return it; of kind kNone: none. Call `stop` after
+/// a fault. Real-time: every function but the constructor (bounded, no allocation).
 class Cia402PowerControl {
  public:
   enum class Task : uint8_t {
@@ -46,8 +46,8 @@ class Cia402PowerControl {
   /// @param last_sync_ns      when the last SYNC was sent
   DriveFault supervise(int64_t now_ns, int64_t running_since_ns, int64_t last_sync_ns) const noexcept;
 
-  /// Goes on with the SDO transfers that come before power. Only while `preparing`.
-  DriveFault prepare(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
+  /// Goes on with the SDO transfers of enabling. Only while `transferring`.
+  DriveFault transfer(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
 
   /// Decides the controlword of this cycle and may begin SDO transfers. Only where the position is known.
   /// @param faulty       the axis has a fault: it is disabled with any task
@@ -63,7 +63,10 @@ class Cia402PowerControl {
   /// Starts again with nothing known of the drive.
   void restart() noexcept;
 
-  bool preparing() const noexcept { return phase_ == Phase::kPreparing; }
+  bool transferring() const noexcept { return phase_ == Phase::kPreparing || phase_ == Phase::kConfirming; }
+
+  /// The last error code that an EMCY brought; 0: none, or the error is gone.
+  uint16_t emergency() const noexcept { return emergency_; }
 
   /// Whether the drive was brought to "operation enabled" to follow targets and is there.
   bool enabled() const noexcept { return phase_ == Phase::kOn && task_ == Task::kFollow; }
@@ -87,7 +90,7 @@ class Cia402PowerControl {
   int64_t position_stamp_ns() const noexcept { return position_stamp_ns_; }
 
  private:
-  enum class Phase : uint8_t { kOff, kPreparing, kEnabling, kOn };
+  enum class Phase : uint8_t { kOff, kPreparing, kEnabling, kConfirming, kOn };
 
   DriveFault monitor_reference() noexcept;
   DriveFault monitor_power() noexcept;
@@ -95,6 +98,8 @@ class Cia402PowerControl {
   bool says_it_follows() noexcept;
   bool power_is_off() const noexcept;
   DriveFault judge_homing(int64_t arrival_ns) noexcept;
+  DriveFault confirm_mode(SdoSequence::Status status, int64_t now_ns, SdoSequence& sdo) noexcept;
+  void begin_following() noexcept;
   void begin_enabling(int64_t now_ns, SdoSequence& sdo) noexcept;
   uint16_t next_word(bool faulty, int64_t now_ns) noexcept;
   uint16_t enabling_word(int64_t now_ns) noexcept;
@@ -107,7 +112,7 @@ class Cia402PowerControl {
   double rated_torque_;  // Nm
   RangeMonitor range_;
   FollowingMonitor following_monitor_;
-  std::vector<SdoStep> homing_steps_, following_steps_;
+  std::vector<SdoStep> homing_steps_, following_steps_, homing_mode_, following_mode_;
   std::optional<SoftLimits> soft_limits_;
   Reference reference_;
   uint16_t referenced_mask_;  // of the statusword; 0: the drive has no such bit
@@ -116,13 +121,14 @@ class Cia402PowerControl {
   Task task_ = Task::kDisable;
   Phase phase_ = Phase::kOff;
   int64_t enabling_since_ns_ = 0;
+  bool asks_mode_ = false;           // while confirming
   bool awaits_start_state_ = false;  // the drive shall be enabled, but is in no state to begin from
   bool clearing_fault_ = false;      // the drive was in fault when enabling began
   int64_t reset_edge_ns_ = 0;
-  bool following_ = false;  // targets of the controller rather than the position at enabling
-  bool may_be_on_ = false;  // its power stage
-  bool target_counts_ = false;       // the drive is in "operation enabled" as this master brought it there
-  bool has_followed_ = false;        // the drive has set the bit that says so since it is enabled
+  bool following_ = false;              // targets of the controller rather than the position at enabling
+  bool may_be_on_ = false;              // its power stage
+  bool target_counts_ = false;          // the drive is in "operation enabled" as this master brought it there
+  bool has_followed_ = false;           // the drive has set the bit that says so since it is enabled
   int64_t not_following_since_ns_ = 0;  // by its statusword; 0: it follows
 
   bool referenced_ = false;      // the position counts from the reference

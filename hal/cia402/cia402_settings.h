@@ -38,9 +38,9 @@ struct Cia402AxisSettings {
   Reference reference = Reference::kAbsolute;
   int referenced_bit = -1;  // of the statusword, 0..15: set while the drive has a reference; -1: no such bit
   HomingConfig homing{};
-  bool homing_given = false;   // the robot file has a section for it
-  bool soft_limits = true;     // the limits of the displacement are written to the drive (607D)
-  double rated_torque = 0;     // Nm, > 0 with SetPoint::kEffort: 1000 in 6071, at the shaft that is counted
+  bool homing_given = false;  // the robot file has a section for it
+  bool soft_limits = true;    // the limits of the displacement are written to the drive (607D)
+  double rated_torque = 0;    // Nm, > 0 with SetPoint::kEffort: 1000 in 6071, at the shaft that is counted
 };
 
 /// Settings of the bus. Durations in ns.

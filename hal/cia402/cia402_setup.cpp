@@ -31,21 +31,14 @@ SdoStep read(int index, int sub, uint32_t expected, uint32_t mask = 0xFFFF'FFFF)
           mask};
 }
 
-/// The mode in which a drive follows the set-points of the controller.
-int8_t following_mode(const AxisConfig& axis) noexcept {
-  return axis.set_point == SetPoint::kEffort ? kModeCyclicTorque : kModeCyclicPosition;
-}
-
 /// At least one count, and not 0xFFFFFFFF, which is no window at all.
 uint32_t following_error_window(const AxisConfig& axis) {
   const double counts = axis.following_error / std::abs(axis.scale.displacement_per_count());
   return static_cast<uint32_t>(std::clamp(std::round(counts), 1.0, double{0xFFFF'FFFE}));
 }
 
-/// Mode of operation, and the drive must show it in 6061.
 void append_mode(std::vector<SdoStep>& steps, int8_t mode) {
   steps.push_back(write(0x6060, 0, 1, static_cast<uint8_t>(mode)));
-  steps.push_back(read(0x6061, 0, static_cast<uint8_t>(mode)));
 }
 
 /// An object that a drive may lack. If it is right already it is not written: it may be read-only.
@@ -125,6 +118,10 @@ uint32_t heartbeat_ms(int64_t duration_ns) noexcept {
   return static_cast<uint32_t>((duration_ns + kMillisecond / 2) / kMillisecond);
 }
 
+int8_t following_mode(const AxisConfig& axis) noexcept {
+  return axis.set_point == SetPoint::kEffort ? kModeCyclicTorque : kModeCyclicPosition;
+}
+
 uint32_t rpdo_cob_id(const AxisConfig& axis) noexcept {
   return cia402_settings(axis).rpdo_id != 0 ? cia402_settings(axis).rpdo_id
                                             : 0x100 * (cia402_settings(axis).pdo + 1) + axis.node;
@@ -166,6 +163,8 @@ std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& con
                   kMapActualPosition}})
     cia402_settings(axis).mapping == Mapping::kConfigure ? append_writes(steps, pdo)
                                                          : append_checks(steps, pdo);
+  // A SYNC with a counter is another one. [CiA 301, object 1019]
+  append_optional(steps, write(0x1019, 0, 1, 0));
   append_mode(steps, following_mode(axis));
   append_period(steps, nearest_interpolation_period(config.period_ns));
   if (axis.following_error > 0) steps.push_back(verified(write(0x6065, 0, 4, following_error_window(axis))));
@@ -213,7 +212,8 @@ std::vector<SdoStep> following_steps(const AxisConfig& axis, const MasterConfig&
     // written again after the greatest.
     SdoStep least = write(kSoftLimits, 1, 4, 0);
     least.tolerance = Tolerance::kAny;
-    steps.insert(steps.end(), {least, verified(write(kSoftLimits, 2, 4, 0)), verified(write(kSoftLimits, 1, 4, 0))});
+    steps.insert(steps.end(),
+                 {least, verified(write(kSoftLimits, 2, 4, 0)), verified(write(kSoftLimits, 1, 4, 0))});
     set_soft_limits(steps, *limits);
   }
   return steps;
@@ -224,6 +224,8 @@ void set_soft_limits(std::span<SdoStep> steps, SoftLimits limits) noexcept {
     if (step.request.object.index == kSoftLimits)
       step.request.value = static_cast<uint32_t>(step.request.object.sub == 1 ? limits.min : limits.max);
 }
+
+std::vector<SdoStep> mode_steps(int8_t mode) { return {read(0x6061, 0, static_cast<uint8_t>(mode))}; }
 
 std::vector<SdoStep> power_check_steps() { return {read(0x6041, 0, 0, kPowerBits)}; }
 

@@ -27,10 +27,11 @@ std::array<uint32_t, 4> received_cia402_ids(const AxisConfig& axis) noexcept;
 /// @param object  index << 8 | subindex
 std::string describe_set_up_object(uint32_t object);
 
-/// The entries that prepare a drive in NMT pre-operational: power off, heartbeats both ways, one RPDO (6040 and 607A, or
-/// 6071) and one TPDO (6041, 6064) at every SYNC, which are read only where they are to stay as found, cyclic
-/// synchronous position mode, or torque mode, interpolation period, and the following-error window where it
-/// is configured. [CiA 301, objects 1016, 1017, 1400-1A00; CiA 402-2, objects 6060, 6061, 6065, 60C2]
+/// The entries that prepare a drive in NMT pre-operational: power off, heartbeats both ways, one RPDO (6040
+/// and 607A, or 6071) and one TPDO (6041, 6064) at every SYNC, which are read only where they are to stay as
+/// found, cyclic synchronous position mode, or torque mode, SYNC without a counter, interpolation period, and
+/// the following-error window where it is configured. [CiA 301, objects 1016, 1017, 1400-1A00; CiA 402-2,
+/// objects 6060, 6061, 6065, 60C2]
 std::vector<SdoStep> setup_steps(const AxisConfig& axis, const MasterConfig& config);
 
 /// The entries that prepare a drive without power for its homing procedure: it still monitors the master, the
@@ -50,12 +51,20 @@ std::optional<SoftLimits> soft_limits(const AxisConfig& axis);
 /// beyond its soft limits jumps to the nearest one, or fails. Real-time: yes.
 SoftLimits widened(SoftLimits limits, int32_t position) noexcept;
 
-/// The entries that prepare a drive without power for following targets: it still monitors the master, its cyclic
-/// synchronous mode, no offsets to the targets, and its soft limits, if any. [CiA 402-2, objects 60B0-60B2]
+/// The entries that prepare a drive without power for following targets: it still monitors the master, its
+/// cyclic synchronous mode, no offsets to the targets, and its soft limits, if any. [CiA 402-2, objects
+/// 60B0-60B2]
 std::vector<SdoStep> following_steps(const AxisConfig& axis, const MasterConfig& config);
 
 /// Puts soft limits into such entries. Real-time: yes.
 void set_soft_limits(std::span<SdoStep> steps, SoftLimits limits) noexcept;
+
+/// The mode in which a drive follows the targets of the controller (6060). Real-time: yes.
+int8_t following_mode(const AxisConfig& axis) noexcept;
+
+/// The entry in which a drive shows its mode (6061). Some show it seconds after it was chosen, or only with
+/// power.
+std::vector<SdoStep> mode_steps(int8_t mode);
 
 /// The entry by which a drive says whether its power is off.
 std::vector<SdoStep> power_check_steps();

@@ -1,5 +1,7 @@
 #include "hal/cia402/cia402_startup.h"
 
+#include <algorithm>
+
 #include "hal/cia402/cia402_settings.h"
 #include "hal/cia402/cia402_setup.h"
 
@@ -8,6 +10,14 @@ namespace {
 
 // NMT start is repeated: it is the one command of start-up that no answer confirms at once.
 constexpr int64_t kNmtRepeat_ns = 100'000'000;
+
+// A drive that sends no boot-up message is asked all the same after this time.
+constexpr int64_t kBootUpWait_ns = 1'000'000'000;
+
+// Any answer will do.
+const SdoStep kAskDeviceType[] = {{.request = {SdoRequest::Kind::kRead, {0x1000, 0}, 0, 0},
+                                   .mask = 0,
+                                   .tolerance = Tolerance::kUnreadable}};
 
 DriveFault sdo_fault(FaultKind kind, uint32_t code, ObjectAddress object, uint32_t expected) noexcept {
   return {.kind = kind,
@@ -37,6 +47,7 @@ DriveFault Cia402Startup::on_heartbeat(NmtState state, int64_t arrival_ns, SdoSe
   heartbeat_ns_ = arrival_ns;
   switch (stage_) {
     case Stage::kBooting:
+    case Stage::kAsking:
     case Stage::kIdentifying:
     case Stage::kConfiguring:
     case Stage::kStarting:
@@ -74,14 +85,17 @@ DriveFault Cia402Startup::advance(int64_t now_ns, SdoSequence& sdo, FrameBatch& 
     case Stage::kReset:
       out.push(encode_nmt({NmtCommand::kResetCommunication, node_}));
       stage_ = Stage::kBooting;
-      stage_since_ns_ = now_ns;
+      stage_since_ns_ = reset_ns_ = now_ns;
       may_monitor_master_ = false;
       break;
     case Stage::kBooting:
-      if (now_ns - stage_since_ns_ > config_.start_timeout_ns) begin_set_up(sdo);
+      if (now_ns - stage_since_ns_ > std::min(kBootUpWait_ns, config_.start_timeout_ns)) begin_set_up(sdo);
+      break;
+    case Stage::kAsking:
+      fault = ask(now_ns, sdo, out);
       break;
     case Stage::kIdentifying:
-      fault = identify(now_ns, sdo, out);
+      if (names_.advance(now_ns, out)) begin_configuring(sdo);
       break;
     case Stage::kConfiguring:
       fault = configure(now_ns, sdo, out);
@@ -99,18 +113,25 @@ DriveFault Cia402Startup::advance(int64_t now_ns, SdoSequence& sdo, FrameBatch& 
   return fault;
 }
 
-/// Asks for the names, then begins to configure.
-DriveFault Cia402Startup::identify(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept {
-  switch (names_.advance(now_ns, out)) {
-    case SdoUpload::Status::kRunning:
-      break;
-    case SdoUpload::Status::kDone:
-      begin_set_up(sdo);
-      break;
-    case SdoUpload::Status::kFailed:
-      return sdo_fault(FaultKind::kConfiguration, code(SdoAbort::kTimeout), names_.object(), 0);
+/// Takes a drive that starts by itself to NMT pre-operational, where PDOs can be set up, and asks it for its
+/// device type, which every drive has. One that does not answer yet may still boot.
+DriveFault Cia402Startup::ask(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept {
+  if (enters_preoperational_) out.push(encode_nmt({NmtCommand::kPreOperational, node_}));
+  enters_preoperational_ = false;
+  const SdoSequence::Status status = sdo.advance(now_ns, out);
+  if (status == SdoSequence::Status::kRunning) return {};
+  if (status == SdoSequence::Status::kDone) {
+    if (names_.known()) {
+      begin_configuring(sdo);
+    } else {
+      names_.start();
+      stage_ = Stage::kIdentifying;
+    }
+    return {};
   }
-  return {};
+  stage_ = Stage::kBooting;
+  stage_since_ns_ = now_ns;
+  return now_ns - reset_ns_ < config_.start_timeout_ns ? DriveFault{} : fault_of_failed(sdo);
 }
 
 DriveFault Cia402Startup::configure(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept {
@@ -130,14 +151,15 @@ DriveFault Cia402Startup::configure(int64_t now_ns, SdoSequence& sdo, FrameBatch
 }
 
 void Cia402Startup::begin_set_up(SdoSequence& sdo) noexcept {
-  if (names_.known()) {
-    stage_ = Stage::kConfiguring;
-    may_monitor_master_ = true;
-    sdo.start(setup_steps_);
-  } else {
-    stage_ = Stage::kIdentifying;
-    names_.start();
-  }
+  stage_ = Stage::kAsking;
+  enters_preoperational_ = true;
+  sdo.start(kAskDeviceType);
+}
+
+void Cia402Startup::begin_configuring(SdoSequence& sdo) noexcept {
+  stage_ = Stage::kConfiguring;
+  may_monitor_master_ = true;
+  sdo.start(setup_steps_);
 }
 
 void Cia402Startup::start_nmt(int64_t now_ns, FrameBatch& out) noexcept {
@@ -168,8 +190,8 @@ void Cia402Startup::check_power(int64_t now_ns, SdoSequence& sdo, FrameBatch& ou
 }
 
 bool Cia402Startup::busy() const noexcept {
-  return stage_ == Stage::kReset || stage_ == Stage::kIdentifying || stage_ == Stage::kConfiguring ||
-         stage_ == Stage::kCheckingPower || stage_ == Stage::kReleasing;
+  return stage_ == Stage::kReset || stage_ == Stage::kAsking || stage_ == Stage::kIdentifying ||
+         stage_ == Stage::kConfiguring || stage_ == Stage::kCheckingPower || stage_ == Stage::kReleasing;
 }
 
 }  // namespace tendril::hal

@@ -19,10 +19,11 @@ DriveFault fault_of_failed(const SdoSequence& sdo) noexcept;
 /// Brings one drive from a reset of its communication to NMT operational, and at the end back. Part of
 /// Cia402Axis.
 ///
-/// Stages: reset communication, wait for boot-up, identify (once) and configure over SDO, NMT start, running;
-/// at the end check that the power is off, and release. All SDO transfers but those that read the names go through the SdoSequence of the
-/// axis. Functions that can find a fault return it; of kind kNone: none. Real-time: every function but the
-/// constructor (bounded, no allocation).
+/// Stages: reset communication, wait for boot-up, ask whether the drive answers, identify (once) and
+/// configure over SDO, NMT start, running; at the end check that the power is off, and release. All SDO
+/// transfers but those that read the names go through the SdoSequence of the axis. Functions that can find a
+/// fault return it; of kind kNone: none. Real-time: every function but the constructor (bounded, no
+/// allocation).
 class Cia402Startup {
  public:
   /// @param config  outlives the object
@@ -50,8 +51,9 @@ class Cia402Startup {
   /// Stays where it is until `restart`.
   void give_up() noexcept { stage_ = Stage::kFailed; }
 
-  /// Asks the drive whether its power is off. Where it is, and `ours`, takes the drive out of NMT operational and ends
-  /// its heartbeat consumer; any other drive goes on monitoring us, and stops by itself. To be called until `finished`.
+  /// Asks the drive whether its power is off. Where it is, and `ours`, takes the drive out of NMT operational
+  /// and ends its heartbeat consumer; any other drive goes on monitoring us, and stops by itself. To be
+  /// called until `finished`.
   /// @param ours  the set-up of the drive is still the one that this master made
   void release(bool ours, SdoSequence& sdo) noexcept;
 
@@ -80,6 +82,7 @@ class Cia402Startup {
   enum class Stage : uint8_t {
     kReset,
     kBooting,
+    kAsking,
     kIdentifying,
     kConfiguring,
     kStarting,
@@ -90,9 +93,10 @@ class Cia402Startup {
     kFailed
   };
 
-  DriveFault identify(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
+  DriveFault ask(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
   DriveFault configure(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
   void begin_set_up(SdoSequence& sdo) noexcept;
+  void begin_configuring(SdoSequence& sdo) noexcept;
   void check_power(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept;
   void start_nmt(int64_t now_ns, FrameBatch& out) noexcept;
 
@@ -102,7 +106,9 @@ class Cia402Startup {
   DriveNames names_;
   Stage stage_ = Stage::kReset;
   int64_t stage_since_ns_ = 0;
-  bool may_monitor_master_ = false;  // its heartbeat consumer has been, or may have been, set up
+  int64_t reset_ns_ = 0;                // when the communication was reset
+  bool enters_preoperational_ = false;  // NMT pre-operational is to be sent
+  bool may_monitor_master_ = false;     // its heartbeat consumer has been, or may have been, set up
   bool power_is_off_ = false;
   bool ours_ = false;  // see release
   int64_t last_nmt_start_ns_ = 0;

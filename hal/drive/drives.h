@@ -47,12 +47,13 @@ const char* name(FaultKind kind) noexcept;
 /// A latched fault. The first one is kept: later ones are mostly its consequence.
 struct DriveFault {
   FaultKind kind = FaultKind::kNone;
-  int axis = -1;          // index of the axis; -1 where the bus as a whole is meant
-  uint32_t code = 0;      // see FaultKind
-  uint32_t object = 0;    // kConfiguration, kUnexpectedValue with CiA 402: object index << 8 | subindex
-  uint32_t expected = 0;  // kUnexpectedValue: the value that it must have
-  double wanted = 0;      // m or m³; kNotFollowing: commanded, kFeedbackJumped: measured before
-  double measured = 0;    // m or m³; kNotFollowing, kFeedbackJumped
+  int axis = -1;           // index of the axis; -1 where the bus as a whole is meant
+  uint32_t code = 0;       // see FaultKind
+  uint32_t object = 0;     // kConfiguration, kUnexpectedValue with CiA 402: object index << 8 | subindex
+  uint32_t expected = 0;   // kUnexpectedValue: the value that it must have
+  uint16_t emergency = 0;  // CiA 402: code of an EMCY that came before and is not taken back; 0: none
+  double wanted = 0;       // m or m³; kNotFollowing: commanded, kFeedbackJumped: measured before
+  double measured = 0;     // m or m³; kNotFollowing, kFeedbackJumped
 };
 
 /// A fault of kind kOutOfRange in words, without the name of the axis. Real-time: no (allocates).
@@ -76,8 +77,8 @@ struct Measurement {
   bool all_enabled = false;   // every drive is in "operation enabled": commanded positions are followed
   bool all_disabled = false;  // no drive is known to have its power stage on
   std::array<DrivePower, kMaxAxes> power{};
-  bool finished = false;      // Command::finish is done: the drives no longer monitor the controller
-  DriveFault fault;           // latched until Command::reset
+  bool finished = false;  // Command::finish is done: the drives no longer monitor the controller
+  DriveFault fault;       // latched until Command::reset
   SensorReadings sensors;
 };
 

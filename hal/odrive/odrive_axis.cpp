@@ -117,7 +117,7 @@ void OdriveAxis::prepare(int64_t now_ns, FrameBatch& out) noexcept {
     request_state(kOdriveIdle, now_ns, out);
     return;
   }
-  if (heartbeat_.axis_error != 0 && heartbeat_ns_ > cleared_ns_) {  // once a heartbeat
+  if (has_errors() && heartbeat_ns_ > cleared_ns_) {  // once a heartbeat
     out.push(encode_odrive_clear_errors(node_));
     cleared_ns_ = heartbeat_ns_;
   }
@@ -200,7 +200,7 @@ void OdriveAxis::restart() noexcept {
 
 bool OdriveAxis::ready_for_closed_loop() const noexcept {
   return (phase_ == Phase::kOff || phase_ == Phase::kPreparing) && heartbeat_.state == kOdriveIdle &&
-         heartbeat_.axis_error == 0;
+         !has_errors();
 }
 
 bool OdriveAxis::known(int64_t last_sync_ns) const noexcept {

@@ -99,6 +99,7 @@ class OdriveAxis {
   void append_input(double position, double velocity, FrameBatch& out) const noexcept;
   void append_torque(double torque, FrameBatch& out) const noexcept;
   bool in_closed_loop() const noexcept { return heartbeat_.state == kOdriveClosedLoop; }
+  bool has_errors() const noexcept { return heartbeat_.axis_error != 0 || heartbeat_.component_errors != 0; }
   void fail(FaultKind kind, uint32_t code) noexcept;
   void fail(const DriveFault& fault) noexcept;
   uint32_t fault_code() const noexcept;

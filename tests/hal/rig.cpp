@@ -15,6 +15,8 @@ MasterConfig config_of(int axes) {
   MasterConfig config;
   config.protocol = &cia402_protocol();
   config.period_ns = kPeriod_ns;
+  config.start_timeout_ns = 1'000'000'000;
+  config.enable_timeout_ns = 3'000'000'000;
   for (int i = 0; i < axes; ++i)
     config.axes.push_back(
         {.name = "cable " + std::to_string(i),

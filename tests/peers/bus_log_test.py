@@ -283,7 +283,9 @@ class EffortBusTest(BusTest):
     """One axis follows efforts, the other displacements."""
 
     def run_on(self, protocol, drive):
-        return run_with_plant(protocol, changes=[("node: 2, ", f"node: 2, {drive}, ")], torques=["left"])
+        return run_with_plant(protocol, torques=["left"], changes=[
+            ("node: 2, ", f"node: 2, {drive}, "),
+            ("stroke: -3 6 mm", "stroke: -30 60 mm")])  # an axis on efforts turns on while its controller stalls
 
     def test_cia402_torques_are_the_efforts_of_the_trace(self):
         run = self.run_on("canopen", f"setpoint: effort, rated_torque: {RATED_NM} Nm")

@@ -204,7 +204,7 @@ TEST_CASE("A robot that is on no bus from the start ends the run before any driv
   Config config = finger_with(protocol);
   config.plant->faults = {{.kind = PlantFaultKind::kBusOff}};
   VirtualRig rig(config, {});
-  REQUIRE(rig.run_until(Phase::kStopped, 5));
+  REQUIRE(rig.run_until(Phase::kStopped, 12));
   CHECK(rig.controller().drive_fault().kind ==
         (protocol == "odrive" ? FaultKind::kStartTimeout : FaultKind::kConfiguration));
   for (const rt::TraceRecord& record : rig.trace()) REQUIRE(record.phase != Phase::kEnabling);

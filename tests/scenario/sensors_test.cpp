@@ -130,7 +130,7 @@ TEST_CASE("No drive is enabled where a sensor that may not be lost is never hear
   Config config = careful_finger();
   config.plant->faults = {parse_plant_fault("sensor load_cells off", config)};
   VirtualRig rig(config, {});
-  REQUIRE(rig.run_until(Phase::kStopped, 3));
+  REQUIRE(rig.run_until(Phase::kStopped, 8));
   CHECK(rig.controller().stop_reason() == Fault::kSensorLost);
   for (const rt::TraceRecord& record : rig.trace()) CHECK(record.phase != Phase::kEnabling);
 }

@@ -210,7 +210,8 @@ TEST_CASE("An axis that is stuck stops the robot with what was commanded and wha
   const OwnInterface interface;
   Changes changes = GENERATE(Changes{}, odrive("0.6"));
   for (int axis = 0; axis < 2; ++axis)
-    changes.emplace_back("pulley_radius: 5 mm}", "pulley_radius: 5 mm, following_error: 3 mm}");
+    changes.emplace_back("pulley_radius: 5 mm}", "pulley_radius: 5 mm, following_error: 0.5 mm}");
+  changes.emplace_back("speed: 10 mm/s", "speed: 2 mm/s");  // a stall of a second is nothing
   Workbench bench(changes, interface.name());
   check_stops(bench, {{"stuck left", "'left' (node 2): axis does not follow: commanded "}});
 }

@@ -244,7 +244,7 @@ TEST_CASE("An absent drive is a configuration fault with a time-out", "[unit]") 
   CHECK(fault.axis == 1);
   rig.run_for(500 * kMillisecond_ns);
   CHECK(rig.drives[0].state() == DriveState::kSwitchOnDisabled);  // a robot is enabled whole or not at all
-  CHECK_THAT(rig.master.describe(fault), Catch::Contains("no answer in time"));
+  CHECK_THAT(rig.master.describe(fault), Catch::Contains("(node 2): node 2 does not answer"));
 }
 
 TEST_CASE("Lost SDO answers are asked for again", "[unit]") {
@@ -260,6 +260,7 @@ TEST_CASE("Lost SDO answers are asked for again", "[unit]") {
 
 TEST_CASE("A drive that shows another mode than it was told is refused", "[unit]") {
   Rig rig(config_of(1));
+  rig.command.enable = true;
   rig.tamper = [](int, Frame& frame) {
     const auto answer = decode_sdo_answer(frame, 1);
     if (answer && answer->object == ObjectAddress{0x6061, 0}) frame.data[4] = 1;

@@ -15,11 +15,15 @@ constexpr int64_t kMillisecond_ns = 1'000'000;
 TEST_CASE("Start-up configures node 2 with the frames of the notes, in their order", "[unit]") {
   Rig rig(config_of(4));
   REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
-  const char* expected[] = {"000#8202",  // reset communication
-                            "702#00",    // boot-up
+  const char* expected[] = {"000#8202",              // reset communication
+                            "702#00",                // boot-up
+                            "000#8002",              // pre-operational: some start by themselves
+                            "602#4000100000000000",  // does it answer?
                             "602#4008100000000000",
                             "602#4009100000000000",
                             "602#400A100000000000",  // what it is called
+                            "602#2B40600000000000",
+                            "602#4041600000000000",  // no power
                             "602#2316100196007F00",
                             "602#2B17100032000000",  // heartbeats both ways
                             "602#2300140102020080",
@@ -38,8 +42,6 @@ TEST_CASE("Start-up configures node 2 with the frames of the notes, in their ord
                             "602#2300180182010040",
                             "602#2F60600008000000",
                             "582#6060600000000000",  // cyclic synchronous position
-                            "602#4061600000000000",
-                            "582#4F61600008000000",  // and it says so
                             "602#40C2600100000000",
                             "602#2FC26001A7000000",
                             "602#40C2600200000000",

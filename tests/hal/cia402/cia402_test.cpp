@@ -100,6 +100,8 @@ TEST_CASE("The PDOs of the worked example have its bytes", "[unit]") {
   CHECK(command->target == 10000);
   CHECK_FALSE(decode_drive_feedback(0x182, *parse_frame("182#3702F0D8FF")));
   CHECK_FALSE(decode_drive_feedback(0x182, *parse_frame("183#3702F0D8FFFF")));
+  CHECK(decode_drive_feedback(0x182, *parse_frame("182#3702F0D8FFFF0102"))->position ==
+        -10000);  // the rest means nothing
 }
 
 TEST_CASE("The RPDO of torques has four bytes", "[unit]") {
@@ -108,7 +110,6 @@ TEST_CASE("The RPDO of torques has four bytes", "[unit]") {
   REQUIRE(command);
   CHECK(command->controlword == 0x0F);
   CHECK(command->torque == -300);
-  CHECK_FALSE(decode_torque_command(0x202, *parse_frame("202#0F0010270000")));
   CHECK_FALSE(decode_torque_command(0x203, *parse_frame("202#0F00D4FE")));
   CHECK_FALSE(decode_drive_command(0x202, *parse_frame("202#0F00D4FE")));
 }
