@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 #include <poll.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <atomic>
@@ -12,6 +11,7 @@
 #include "app/plant/plant_console.h"
 #include "app/program/command_line.h"
 #include "app/program/exit_codes.h"
+#include "app/program/output.h"
 #include "app/program/stop_signal.h"
 #include "hal/bus/open_bus.h"
 #include "hal/drive/drive_protocol.h"
@@ -87,9 +87,11 @@ int print_data_sheet(const std::string& file) {
 }
 
 int run_plant(const std::string& file, const std::string& bus_name) {
+  std::optional<EndsWhileStarting> starting(std::in_place);
   const Config config = load_config(file);
   PlantBody body(config);
   PlantDrives drives(config);
+  starting.reset();
   const auto bus = hal::open_bus(bus_name.empty() ? config.bus.name : bus_name, hal::BusRole::kHost);
   rt::TripleBuffer<PlantDisplacements> displacements;
   rt::TripleBuffer<PlantEfforts> efforts;
@@ -131,6 +133,7 @@ int run_plant(const std::string& file, const std::string& bus_name) {
 }  // namespace tendril::app
 
 int main(int argc, char** argv) {
+  tendril::app::open_standard_descriptors();
   tendril::app::CommandLine cli{
       "tendril-plant is a simulated robot on the other side of the bus: servo drives that speak the "
       "protocol of the robot file, a body in motion with a material of its own (section 'plant' of the robot "
@@ -147,8 +150,8 @@ int main(int argc, char** argv) {
   cli.add_flag("--eds", eds, "print the electronic data sheet (EDS) of the simulated drives, and end");
   if (const auto code = cli.parse(argc, argv)) return *code;
 
-  spdlog::set_default_logger(spdlog::stderr_logger_mt("tendril-plant"));
-  tendril::app::watch_stop_signals();
+  tendril::app::log_to_stderr("tendril-plant");
+  if (!eds) tendril::app::watch_stop_signals();
   return tendril::app::exit_code_of(
       [&] { return eds ? tendril::app::print_data_sheet(file) : tendril::app::run_plant(file, bus); });
 }

@@ -1,13 +1,14 @@
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include "app/jog/jog_run.h"
 #include "app/program/command_line.h"
 #include "app/program/exit_codes.h"
+#include "app/program/output.h"
 #include "app/program/stop_signal.h"
 
 int main(int argc, char** argv) {
   using namespace tendril;
+  app::open_standard_descriptors();
   app::CommandLine cli{
       "tendrilctl is for the hands of whoever wires and runs the robot.\n\n"
       "Exit codes: 0 done; 1 it ended otherwise than asked; 2 wrong usage or robot file; 3 the machine lacks "
@@ -37,7 +38,7 @@ int main(int argc, char** argv) {
                    "run without SCHED_FIFO and locked memory where they are refused");
   if (const auto code = cli.parse(argc, argv)) return *code;
 
-  spdlog::set_default_logger(spdlog::stderr_logger_st("tendrilctl"));
+  app::log_to_stderr("tendrilctl");
   app::watch_stop_signals();
   return app::exit_code_of([&] { return app::run_jog(jog); });
 }

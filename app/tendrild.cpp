@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include "app/check/check_report.h"
@@ -7,11 +6,13 @@
 #include "app/daemon/daemon.h"
 #include "app/program/command_line.h"
 #include "app/program/exit_codes.h"
+#include "app/program/output.h"
 #include "app/program/stop_signal.h"
 #include "app/robot/bus_check.h"
 
 int main(int argc, char** argv) {
   using namespace tendril;
+  app::open_standard_descriptors();
   app::CommandLine cli{
       "tendrild controls a soft robot in real time: a background thread keeps a finite-element model of the "
       "body up to "
@@ -38,8 +39,8 @@ int main(int argc, char** argv) {
   cli.add_flag("--json", json, "with --check: one line of JSON");
   if (const auto code = cli.parse(argc, argv)) return *code;
 
-  spdlog::set_default_logger(spdlog::stderr_logger_mt("tendrild"));
-  app::watch_stop_signals();
+  app::log_to_stderr("tendrild");
+  if (!check && !dbc) app::watch_stop_signals();
   return app::exit_code_of([&] {
     const app::Config config = app::load_config(file);
     if (dbc) {

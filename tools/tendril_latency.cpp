@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include "app/config/load_config.h"
 #include "app/program/command_line.h"
 #include "app/program/exit_codes.h"
+#include "app/program/output.h"
 #include "app/program/report_pictures.h"
 #include "app/program/stop_signal.h"
 #include "rt/deadline_grid.h"
@@ -225,6 +225,7 @@ int measure(Arguments arguments) {
 
 int main(int argc, char** argv) {
   using namespace tendril;
+  app::open_standard_descriptors();
   app::CommandLine cli{
       "tendril-latency measures how late the control loop is: it runs the daemon's own cycle (bus, snapshot, "
       "QP, bus) with the model thread behind it and simulated drives on the bus, or the bare timer. "
@@ -266,7 +267,7 @@ int main(int argc, char** argv) {
                "measure without SCHED_FIFO and locked memory where they are refused");
   if (const auto code = cli.parse(argc, argv)) return *code;
 
-  spdlog::set_default_logger(spdlog::stderr_logger_mt("tendril-latency"));
+  app::log_to_stderr("tendril-latency");
   app::watch_stop_signals();
   return app::exit_code_of([&] { return tools::measure(arguments); });
 }

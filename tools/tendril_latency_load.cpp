@@ -12,6 +12,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "app/program/stop_signal.h"
 #include "rt/thread.h"
 
 extern char** environ;
@@ -80,6 +81,7 @@ void LatencyLoad::start_stress(const std::vector<std::string>& names, int cpu) {
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+  app::take_signals_as_usual(attributes);
   const int error = posix_spawnp(&child_, "stress-ng", nullptr, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   if (error != 0)

@@ -170,6 +170,7 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   for (app::ActuatorConfig& actuator : config.actuators)
     if (!actuator.follows_effort()) actuator.drive.following_error = 1;
   LatencyFacts facts;
+  std::optional<app::EndsWhileStarting> starting(std::in_place);
   const auto robot = app::build_model(config);
   const rt::EffectorVector rest = app::rest_of_effectors(*robot);
   const rt::ControllerConfig limits = app::controller_config_for_this_machine(*robot, config);
@@ -177,6 +178,7 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   const auto idle_latency_limit = app::limit_idle_latency(config.control.idle_latency);
   facts.idle_latency_held = idle_latency_limit != nullptr;
 
+  starting.reset();
   const DriveBench bench(config, options);
   auto master = hal::make_master(app::master_config(config));
   const auto bus = hal::open_bus(bench.bus(), hal::BusRole::kJoin, master->identifiers());

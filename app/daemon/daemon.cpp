@@ -13,6 +13,7 @@
 #include "app/daemon/service_manager.h"
 #include "app/program/real_time_rights.h"
 #include "app/program/report_pictures.h"
+#include "app/program/stop_signal.h"
 #include "app/robot/bus_check.h"
 #include "app/robot/control_stack.h"
 #include "app/robot/inverse_statics.h"
@@ -39,15 +40,17 @@ void log_start(const Config& config, const hal::Bus& bus) {
 }  // namespace
 
 int run_daemon(const Config& config, const DaemonOptions& options) {
+  std::optional<EndsWhileStarting> starting(std::in_place);
   check_bus(config);
   const auto robot = build_model(config);
   const rt::EffectorVector rest = rest_of_effectors(*robot);
   const bool memory_locked = lock_memory(options.allow_non_rt);
   const auto idle_latency_limit = limit_idle_latency(config.control.idle_latency);
+  const rt::ControllerConfig law = controller_config_for_this_machine(*robot, config);
+  starting.reset();
   std::optional<RunRecorder> recorder;
   if (!options.report.empty()) recorder.emplace(config, options.report);
 
-  const rt::ControllerConfig law = controller_config_for_this_machine(*robot, config);
   auto master = hal::make_master(master_config(config));
   const auto bus = hal::open_bus(options.bus.empty() ? config.bus.name : options.bus, hal::BusRole::kJoin,
                                  master->identifiers());

@@ -1,12 +1,12 @@
 #include "app/daemon/housekeeping.h"
 
 #include <fmt/format.h>
-#include <poll.h>
 #include <unistd.h>
 
 #include <cstdio>
 #include <utility>
 
+#include "app/program/output.h"
 #include "app/program/stop_signal.h"
 #include "rt/periodic_clock.h"
 
@@ -89,9 +89,7 @@ void Housekeeping::inform_service_manager(int64_t now_ns) {
 void Housekeeping::print_progress(int64_t now_ns) {
   if (now_ns < progress_due_ns_) return;
   progress_due_ns_ = now_ns + kStatusInterval_ns;
-  // Whoever reads our output may have stopped reading; the robot does not wait for them.
-  pollfd output{STDOUT_FILENO, POLLOUT, 0};
-  if (poll(&output, 1, 0) != 1 || (output.revents & POLLOUT) == 0) return;
+  if (!takes_a_line(STDOUT_FILENO)) return;
   fmt::print("{}\n",
              status_.terminal_line(running_s(now_ns), recorder_ ? recorder_->last_error_mm() : std::nullopt,
                                    model_.mean_rate_hz()));

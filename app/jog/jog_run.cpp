@@ -14,6 +14,7 @@
 #include "app/config/master_config.h"
 #include "app/config/quantity.h"
 #include "app/jog/jog.h"
+#include "app/program/output.h"
 #include "app/program/real_time_rights.h"
 #include "app/program/stop_signal.h"
 #include "app/robot/robot.h"
@@ -96,7 +97,7 @@ class JogDisplay {
     while (trace_.pop(record)) {
       measured_ = record.measured[0];
       if (first_ns_ == 0) first_ns_ = record.intended_ns;
-      if (!print_ || record.intended_ns < due_ns_) continue;
+      if (!print_ || record.intended_ns < due_ns_ || !takes_a_line(STDOUT_FILENO)) continue;
       due_ns_ = record.intended_ns + kPrintInterval_ns;
       fmt::print("{:6.1f} s  {:8} commanded {:9.3f} {}  measured {:9.3f} {}\n",
                  1e-9 * static_cast<double>(record.intended_ns - first_ns_), rt::name(record.phase),

@@ -8,6 +8,8 @@
 #include <string>
 #include <system_error>
 
+#include "app/program/stop_signal.h"
+
 extern char** environ;
 
 namespace tendril::app {
@@ -29,9 +31,13 @@ void draw_report(const std::filesystem::path& directory) {
   char* arguments[] = {tool.data(), folder.data(), nullptr};
   pid_t child = 0;
   int status = -1;
-  if (posix_spawn(&child, tool.c_str(), nullptr, nullptr, arguments, environ) == 0)
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  take_signals_as_usual(attributes);
+  if (posix_spawn(&child, tool.c_str(), nullptr, &attributes, arguments, environ) == 0)
     while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
+  posix_spawnattr_destroy(&attributes);
   if (status != 0)
     spdlog::warn("no pictures: '{} {}' failed; python3-matplotlib draws them, then type it again", tool,
                  folder);

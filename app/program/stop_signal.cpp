@@ -1,24 +1,73 @@
 #include "app/program/stop_signal.h"
 
-#include <atomic>
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
 #include <csignal>
+#include <cstdlib>
+#include <ctime>
 
 namespace tendril::app {
 namespace {
 
+constexpr auto kLook = std::chrono::milliseconds(10);
+
 std::atomic<bool> signalled{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may write it");
+sigset_t watched = [] {
+  sigset_t none;
+  sigemptyset(&none);
+  return none;
+}();
 
 }  // namespace
 
 void watch_stop_signals() {
-  struct sigaction action {};
-  action.sa_handler = [](int) { signalled.store(true, std::memory_order_relaxed); };
-  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaction(signal, &action, nullptr);
-  action.sa_handler = SIG_IGN;
-  sigaction(SIGPIPE, &action, nullptr);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) sigaddset(&watched, signal);
+  }
+  pthread_sigmask(SIG_BLOCK, &watched, nullptr);
+  struct sigaction ignore {};
+  ignore.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &ignore, nullptr);
 }
 
-bool stop_signalled() noexcept { return signalled.load(std::memory_order_relaxed); }
+bool stop_signalled() noexcept {
+  constexpr timespec kAtOnce{0, 0};
+  while (sigtimedwait(&watched, nullptr, &kAtOnce) > 0) signalled.store(true, std::memory_order_relaxed);
+  return signalled.load(std::memory_order_relaxed);
+}
+
+void take_signals_as_usual(posix_spawnattr_t& attributes) {
+  sigset_t none, usual;
+  sigemptyset(&none);
+  sigemptyset(&usual);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP, SIGPIPE})
+    if (signal == SIGPIPE || sigismember(&watched, signal)) sigaddset(&usual, signal);
+  short flags = 0;
+  posix_spawnattr_getflags(&attributes, &flags);
+  posix_spawnattr_setflags(&attributes,
+                           static_cast<short>(flags | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF));
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setsigdefault(&attributes, &usual);
+}
+
+EndsWhileStarting::EndsWhileStarting()
+    : thread_([this] {
+        while (!quit_) {
+          if (stop_signalled()) {
+            spdlog::info("stopped while starting; no drive was touched");
+            std::_Exit(0);
+          }
+          std::this_thread::sleep_for(kLook);
+        }
+      }) {}
+
+EndsWhileStarting::~EndsWhileStarting() {
+  quit_ = true;
+  thread_.join();
+}
 
 }  // namespace tendril::app

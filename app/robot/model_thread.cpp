@@ -3,6 +3,7 @@
 #include <pthread.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -13,6 +14,8 @@ namespace tendril::app {
 namespace {
 
 constexpr auto kRetryInterval = std::chrono::milliseconds(1);
+constexpr double kLongestPeriod_ns = 1e18;
+constexpr auto kLongestRest = std::chrono::milliseconds(20);  // before it looks whether it shall end
 // After so many failed refreshes without a single good one there will be no first snapshot.
 constexpr uint64_t kFailuresAllowed = 100;
 
@@ -71,7 +74,8 @@ void ModelThread::run() {
 void ModelThread::refresh() {
   first_ns_ = rt::now_ns();
   last_ns_ = first_ns_.load();
-  const int64_t period_ns = rate_limit_hz_ > 0 ? std::llround(1e9 / rate_limit_hz_) : 0;
+  const int64_t period_ns =
+      rate_limit_hz_ > 0 ? std::llround(std::min(1e9 / rate_limit_hz_, kLongestPeriod_ns)) : 0;
   while (!quit_) {
     const int64_t begin_ns = rt::now_ns();
     if (refresher_.refresh(channels_.feedback.latest(), begin_ns, channels_.snapshots.back())) {
@@ -83,9 +87,15 @@ void ModelThread::refresh() {
       std::this_thread::sleep_for(kRetryInterval);
     }
     last_ns_ = rt::now_ns();
-    if (const int64_t rest_ns = begin_ns + period_ns - last_ns_; rest_ns > 0)
-      std::this_thread::sleep_for(std::chrono::nanoseconds(rest_ns));
+    rest_until(begin_ns + period_ns);
   }
+}
+
+/// In steps, as it may be asked to end meanwhile.
+void ModelThread::rest_until(int64_t instant_ns) {
+  for (int64_t left_ns; !quit_ && (left_ns = instant_ns - rt::now_ns()) > 0;)
+    std::this_thread::sleep_for(
+        std::min(std::chrono::nanoseconds(left_ns), std::chrono::nanoseconds(kLongestRest)));
 }
 
 }  // namespace tendril::app

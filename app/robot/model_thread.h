@@ -33,6 +33,7 @@ class ModelThread {
   void run();
   bool settle();
   void refresh();
+  void rest_until(int64_t instant_ns);
 
   ModelRefresher refresher_;
   rt::Channels& channels_;

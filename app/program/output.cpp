@@ -1,0 +1,66 @@
+#include "app/program/output.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <memory>
+#include <mutex>
+#include <string_view>
+
+namespace tendril::app {
+namespace {
+
+constexpr std::size_t kLongestLine = 4096;  // bytes, PIPE_BUF: what a pipe takes whole or not at all
+
+/// stderr, as far as it takes what is written.
+class StderrSink final : public spdlog::sinks::base_sink<std::mutex> {
+ private:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    spdlog::memory_buf_t line;
+    formatter_->format(message, line);
+    if (dropped_ > 0) {
+      const std::string note =
+          fmt::format("({} lines before this one were dropped: nobody read them)\n", dropped_);
+      if (!write_line(note)) {
+        ++dropped_;
+        return;
+      }
+      dropped_ = 0;
+    }
+    if (!write_line(std::string_view(line.data(), std::min(line.size(), kLongestLine)))) ++dropped_;
+  }
+  void flush_() override {}
+
+  static bool write_line(std::string_view text) {
+    if (!takes_a_line(STDERR_FILENO)) return false;
+    ssize_t written;
+    do written = ::write(STDERR_FILENO, text.data(), text.size());
+    while (written < 0 && errno == EINTR);
+    return true;
+  }
+
+  long dropped_ = 0;
+};
+
+}  // namespace
+
+void open_standard_descriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(descriptor, F_GETFD) < 0) ::open("/dev/null", O_RDWR);  // which takes the lowest free number
+}
+
+bool takes_a_line(int descriptor) noexcept {
+  pollfd output{descriptor, POLLOUT, 0};
+  return ::poll(&output, 1, 0) == 1 && (output.revents & POLLOUT) != 0;
+}
+
+void log_to_stderr(const std::string& program) {
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(program, std::make_shared<StderrSink>()));
+}
+
+}  // namespace tendril::app

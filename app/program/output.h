@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+namespace tendril::app {
+
+/// Opens each of the standard descriptors that is closed on /dev/null, or the next file or socket that is
+/// opened gets its number, and what is printed goes there. To be called first in main.
+void open_standard_descriptors();
+
+/// Whether a descriptor takes a line now: a write of up to 4096 bytes does not wait for a reader who has
+/// stopped reading, as a terminal after Ctrl-S or a pager. Real-time: no (a system call).
+bool takes_a_line(int descriptor) noexcept;
+
+/// Makes stderr the log of the program, for all threads. Lines that stderr does not take are dropped and
+/// counted, so that neither the robot nor its end waits for a reader.
+/// @param program  its name, in each line
+void log_to_stderr(const std::string& program);
+
+}  // namespace tendril::app
