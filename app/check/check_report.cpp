@@ -163,6 +163,21 @@ void advise_on_locking(const Config& config, Report& report) {
     advise(config.material.regions[k].material, fmt::format("material.regions[{}]", k));
 }
 
+/// Targets outside the workspace are refused: a path that begins outside would be joined where it enters, at
+/// top rates.
+/// @return  whether the effectors are inside at rest
+bool report_workspace(const Config& config, const rt::EffectorVector& at_rest,
+                      const rt::ControllerConfig& limits, Report& report) {
+  const bool fits = (at_rest.array() >= limits.workspace_min.array()).all() &&
+                    (at_rest.array() <= limits.workspace_max.array()).all();
+  report.json["rests_in_workspace"] = fits;
+  if (!fits)
+    report.line("workspace",
+                fmt::format("control.workspace DOES NOT HOLD the effectors at rest, {}: make it larger",
+                            describe(config, at_rest)));
+  return fits;
+}
+
 /// @return  whether all of them are reached
 bool report_waypoints(const Config& config, const Robot& robot, const rt::EffectorVector& at_rest,
                       Report& report) {
@@ -243,8 +258,10 @@ int check_robot(const Config& config, bool json) {
                              {"period", 1e6 / config.control.rate_hz}};
   report.json["cycle_margin"] = cycle.margin;
   report.line("cycle", cycle.text);
+  const bool fits = !rests || report_workspace(config, at_rest, limits, report);
   bool good = rests;
   if (config.motion && rests) good = report_waypoints(config, *robot, at_rest, report);
+  good = good && fits;
   report.json["advice"] = report.advice;
   for (const std::string& advice : report.advice) report.line("advice", advice);
   if (json) {

@@ -83,7 +83,7 @@ WaypointCheck check_waypoint(const Robot& robot, const Config& config, const Eig
     const auto k = static_cast<Eigen::Index>(r);
     if (rows[r].effector != config.motion->effector)
       result.others_weigh = result.others_weigh || rows[r].weight > 0;
-    else if (result.statics.converged)
+    else if (result.statics.converged && rows[r].weight > 0)
       sum += std::pow(result.statics.p_e[k] - result.goal[k], 2);
   }
   if (!result.statics.converged) return result;

@@ -24,9 +24,11 @@ struct AtLimit {
 
 /// How near the model comes to one waypoint, and what keeps it from coming nearer.
 struct WaypointCheck {
-  rt::EffectorVector goal;         ///< e, m or m³
-  StaticSolution statics;          ///< without a result where no equilibrium was found
-  std::optional<double> miss;      ///< of the effector that moves, m; none where no equilibrium was found
+  rt::EffectorVector goal;  ///< e, m or m³
+  StaticSolution statics;   ///< without a result where no equilibrium was found
+  /// Of the effector that moves, in its coordinates with a weight above 0, m; none where no equilibrium was
+  /// found.
+  std::optional<double> miss;
   std::vector<AtLimit> at_limits;  ///< none where no equilibrium was found
   bool others_weigh = false;       ///< whether other effectors have a say
 

@@ -125,8 +125,34 @@ void check_drives(const Value& robot, const Config& config) {
   }
 }
 
+/// One whose coordinates all have weight 0 goes where the others leave it.
+void check_follower(const Value& robot, const Config& config) {
+  const EffectorConfig& follower = config.effectors[static_cast<std::size_t>(config.motion->effector)];
+  if (std::ranges::all_of(follower.weights, [](double weight) { return weight <= 0; }))
+    robot.at("motion")
+        .at("effector")
+        .fail(fmt::format(
+            "an effector with a weight above 0; the weights of '{}' are 0, so it is not controlled",
+            follower.name));
+}
+
+/// A speed that is mistyped by orders of magnitude.
+void check_speed(const Value& robot, const MotionConfig& motion) {
+  constexpr double kLongest_s = 30 * 86'400.0;
+  double length = motion.waypoints.front().norm();  // about as far as the approach
+  for (std::size_t k = 1; k < motion.waypoints.size(); ++k)
+    length += (motion.waypoints[k] - motion.waypoints[k - 1]).norm();
+  const double seconds = length / motion.speed;
+  if (seconds > kLongest_s)
+    robot.at("motion").at("speed").fail(
+        fmt::format("at least {:.3g} mm/s: with this one the path takes {:.3g} days, and 30 are allowed",
+                    1e3 * length / kLongest_s, seconds / 86'400));
+}
+
 void check_motion(const Value& robot, const Config& config) {
   if (!config.motion) return;
+  check_follower(robot, config);
+  check_speed(robot, *config.motion);
   constexpr double kRounding = 1e-9;  // m; 0.1 + 0.2 is above 0.3 in binary
   const ControlConfig& control = config.control;
   for (std::size_t i = 0; i < config.motion->waypoints.size(); ++i) {

@@ -79,7 +79,7 @@ void RunStatistics::add_tip_error(const rt::TraceRecord& record, const Motion& m
   for (std::size_t k = 0; k < signals_.tip_axes.size(); ++k) {
     const int axis = signals_.tip_axes[k];
     const auto& index = signals_.tip[axis];
-    if (!index) continue;
+    if (!index || config_.effectors[0].weights[k] <= 0) continue;
     const int64_t stamp_ns = record.sensors.stamp_ns[index->sensor];
     if (stamp_ns <= compared_ns_[axis] || stamp_ns < motion.path_start_ns()) return;
     stamps_ns[axis] = stamp_ns;

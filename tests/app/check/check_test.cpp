@@ -52,6 +52,21 @@ TEST_CASE("The diamond that is shipped passes its check", "[scenario]") {
   check_shipped("diamond", 1603, 4, 4);
 }
 
+TEST_CASE("A coordinate of weight 0 is no part of what a waypoint misses", "[scenario]") {
+  const RobotFile file(finger({{"    coordinates: x ", "    coordinates: xz\n    weight: [1, 0] "}}));
+  const nlohmann::json result = check(file.path().string(), 0);
+  CHECK(result.at("effector_dofs") == 2);
+  for (const nlohmann::json& waypoint : result.at("waypoints")) CHECK(waypoint.at("miss_mm") < 0.01);
+}
+
+TEST_CASE("A workspace without the rest of the effectors fails the check, which says so", "[scenario]") {
+  const RobotFile file(finger({{"waypoints: [5 0 0 mm, -5 0 0 mm]", "waypoints: [5 0 0 mm, 3 0 0 mm]"},
+                               {"workspace: [-15 -5 -110 mm", "workspace: [2 -5 -110 mm"}}));
+  const nlohmann::json result = check(file.path().string(), 1);
+  CHECK(result.at("rests_in_workspace") == false);
+  for (const nlohmann::json& waypoint : result.at("waypoints")) CHECK(waypoint.at("reached") == true);
+}
+
 TEST_CASE("A waypoint out of reach fails the check, which names it", "[scenario]") {
   const RobotFile far(
       finger({{"waypoints: [5 0 0 mm, -5 0 0 mm]", "waypoints: [5 0 0 mm, 80 0 0 mm]"},

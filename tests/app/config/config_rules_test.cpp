@@ -56,6 +56,10 @@ TEST_CASE("What one key demands of another is checked", "[unit]") {
        "[body 0 97 45 mm, guide 0 9.7 4.5 cm]",
        nullptr,
        {"actuators[0].cable[1]", "a point apart from the one before it"}},
+      {"  speed: 25 mm/s",
+       "  speed: 1e-12 mm/s",
+       nullptr,
+       {"motion.speed: found '1e-12 mm/s'", "at least ", " days, and 30 are allowed"}},
       {"- -10 10 0 mm",
        "- -10 10 26 mm",
        nullptr,
@@ -100,6 +104,16 @@ TEST_CASE("A rod has two ends apart, one of them on the body, either way round",
   CHECK_THAT(error_of_rod("[guide 0 97 45 mm, body 0 9.7 4.5 cm]"),
              Catch::Contains(":19: actuators[0].rod[1]") && Catch::Contains("apart from the other end"));
   CHECK_THAT(error_of_rod("[body 0 97 45 mm]"), Catch::Contains("actuators[0].rod: found a list of 1"));
+}
+
+TEST_CASE("An effector that is not controlled cannot be the one that moves", "[unit]") {
+  std::string base = kGood;
+  base.insert(base.find("actuators:"), "  - {name: idle, point: 0 0 120 mm, weight: 0}\n");
+  check_mistakes({{"  speed: 25 mm/s",
+                   "  speed: 25 mm/s\n  effector: idle",
+                   "effector: idle",
+                   {"motion.effector: found 'idle', expected an effector with a weight above 0"}}},
+                 base);
 }
 
 TEST_CASE("A waypoint on the border of the workspace lies in it, whatever binary makes of the sum",
