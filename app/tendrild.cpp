@@ -36,7 +36,7 @@ int main(int argc, char** argv) {
   cli.add_flag("--check", check, "verify everything that needs no bus, say what was found, and end");
   cli.add_flag("--dbc", dbc, "print a DBC file of every frame of this robot's bus, for CAN tools, and end")
       .excludes("--check");
-  cli.add_flag("--json", json, "with --check: one line of JSON");
+  cli.add_flag("--json", json, "with --check: one line of JSON").needs("--check");
   if (const auto code = cli.parse(argc, argv)) return *code;
 
   app::log_to_stderr("tendrild");

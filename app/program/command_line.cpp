@@ -1,12 +1,29 @@
 #include "app/program/command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdlib>
 
 #include "app/program/exit_codes.h"
 
 namespace tendril::app {
 
 using Argument = CommandLine::Argument;
+
+namespace {
+
+const CLI::Validator kNotEmpty(
+    [](const std::string& text) { return std::string(text.empty() ? "must not be empty" : ""); }, "");
+
+/// What is no number CLI11 refuses itself.
+const CLI::Validator kFinite(
+    [](const std::string& text) {
+      const double number = std::strtod(text.c_str(), nullptr);
+      return std::isfinite(number) ? std::string() : "must be a finite number, not " + text;
+    },
+    "");
+
+}  // namespace
 
 Argument& Argument::required() {
   option_.required();
@@ -48,6 +65,11 @@ Argument& Argument::excludes(const std::string& other) {
   return *this;
 }
 
+Argument& Argument::needs(const std::string& other) {
+  option_.needs(other);
+  return *this;
+}
+
 CommandLine::CommandLine(const std::string& description)
     : owned_(std::make_unique<CLI::App>(description)), app_(*owned_) {
   app_.set_version_flag("--version", TENDRIL_VERSION);
@@ -58,11 +80,11 @@ CommandLine::CommandLine(CLI::App& command) : app_(command) {}
 CommandLine::~CommandLine() = default;
 
 Argument CommandLine::add(const std::string& name, std::string& value, const std::string& help) {
-  return Argument(*app_.add_option(name, value, help));
+  return Argument(*app_.add_option(name, value, help)->check(kNotEmpty));
 }
 
 Argument CommandLine::add(const std::string& name, double& value, const std::string& help) {
-  return Argument(*app_.add_option(name, value, help));
+  return Argument(*app_.add_option(name, value, help)->check(kFinite));
 }
 
 Argument CommandLine::add(const std::string& name, int& value, const std::string& help) {
@@ -70,7 +92,7 @@ Argument CommandLine::add(const std::string& name, int& value, const std::string
 }
 
 Argument CommandLine::add(const std::string& name, std::optional<double>& value, const std::string& help) {
-  return Argument(*app_.add_option(name, value, help));
+  return Argument(*app_.add_option(name, value, help)->check(kFinite));
 }
 
 Argument CommandLine::add(const std::string& name, std::optional<int>& value, const std::string& help) {

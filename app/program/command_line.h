@@ -32,6 +32,8 @@ class CommandLine {
     /// Several values at once, parted by commas.
     Argument& separated_by_commas();
     Argument& excludes(const std::string& other);
+    /// It is given only beside the other one, which has been declared before.
+    Argument& needs(const std::string& other);
 
    private:
     CLI::Option& option_;
@@ -43,7 +45,8 @@ class CommandLine {
   CommandLine(const CommandLine&) = delete;
   CommandLine& operator=(const CommandLine&) = delete;
 
-  /// Declares an option ("--rate") or, without dashes, an argument that is told from others by its place.
+  /// Declares an option ("--rate") or, without dashes, an argument that is told from others by its place. A
+  /// text must not be empty, a number must be finite.
   /// @param value  what is given is written there, during parse()
   Argument add(const std::string& name, std::string& value, const std::string& help);
   Argument add(const std::string& name, double& value, const std::string& help);

@@ -180,4 +180,21 @@ TEST_CASE("Wrong usage ends with exit code 2, and what was asked for with 0", "[
   CHECK(run({kDaemon, "robot.yaml", "--duration", "-1"}).code == kUsage);
 }
 
+TEST_CASE(
+    "A number that is none, an empty text, and an option without the one that it belongs to are wrong usage",
+    "[scenario]") {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> rows = {
+      {{kDaemon, "robot.yaml", "--duration", "nan"}, "--duration"},
+      {{kDaemon, "robot.yaml", "--duration", "inf"}, "--duration"},
+      {{kDaemon, "robot.yaml", "--bus", ""}, "--bus"},
+      {{kDaemon, "robot.yaml", "--json"}, "--check"},
+      {{kCtl, "jog", "robot.yaml", "north", "--by", ""}, "--by"}};
+  for (const auto& [command, said] : rows) {
+    CAPTURE(said);
+    const Ended ended = run(command);
+    CHECK(ended.code == kUsage);
+    CHECK_THAT(ended.err, Catch::Contains(said));
+  }
+}
+
 }  // namespace tendril::app::refusals_test
