@@ -1,3 +1,4 @@
+#include <fcntl.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -222,6 +223,7 @@ class LocalHost final : public Bus {
  private:
   void accept_one() noexcept {
     const int fd = ::accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (fd < 0 && (errno == EMFILE || errno == ENFILE)) return refuse_one();
     if (fd < 0) return;
     epoll_event event{};
     event.events = EPOLLIN;
@@ -229,6 +231,13 @@ class LocalHost final : public Bus {
       ::close(fd);
     else
       fds_[joiners_++] = fd;
+  }
+
+  /// Without a free descriptor: one who waits at the door would keep the bus readable for ever.
+  void refuse_one() noexcept {
+    spare_ = Descriptor(-1);
+    if (const int fd = ::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC); fd >= 0) ::close(fd);
+    spare_ = Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC));
   }
 
   /// Fetches the packet of the joiner whose turn it is and relays it. @return false where nobody has any
@@ -264,6 +273,7 @@ class LocalHost final : public Bus {
   }
 
   Descriptor listener_, poller_;
+  Descriptor spare_{::open("/dev/null", O_RDONLY | O_CLOEXEC)};  // given up for a moment in refuse_one
   std::string path_;
   std::array<int, kMaxJoiners> fds_{};
   Inbox inbox_;

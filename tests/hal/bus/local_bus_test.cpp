@@ -1,6 +1,7 @@
 #include <poll.h>
 #include <stdlib.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <sys/wait.h>
@@ -224,6 +225,46 @@ TEST_CASE("A joiner learns that its host is gone", "[unit]") {
   CHECK(joiner->health() == BusHealth::kDown);
   CHECK(joiner->send({.id = 1}) == SendResult::kDown);
   CHECK_FALSE(std::filesystem::exists(at.path()));
+}
+
+TEST_CASE("More joiners than a local bus holds are turned away, and the others go on", "[unit]") {
+  const SocketPath at;
+  const auto host = open_bus(at.name(), BusRole::kHost);
+  std::vector<std::unique_ptr<Bus>> joiners;
+  Frame frame;
+  for (int i = 0; i < 40; ++i) {
+    joiners.push_back(open_bus(at.name(), BusRole::kJoin));
+    host->receive(frame);
+  }
+  for (int i = 0; i < 40; ++i) {
+    CAPTURE(i);
+    joiners[i]->receive(frame);
+    CHECK(joiners[i]->health() == (i < 32 ? BusHealth::kActive : BusHealth::kDown));
+  }
+  REQUIRE(joiners[31]->send({.id = 7}) == SendResult::kSent);
+  CHECK(wait_for(*host, frame));
+  CHECK(wait_for(*joiners[0], frame));
+  CHECK(frame.id == 7);
+}
+
+TEST_CASE("A host without a free descriptor turns joiners away instead of being woken for ever", "[unit]") {
+  const SocketPath at;
+  const auto host = open_bus(at.name(), BusRole::kHost);
+  const RawJoiner first(at), second(at);
+  rlimit before{};
+  REQUIRE(::getrlimit(RLIMIT_NOFILE, &before) == 0);
+  const rlimit none_free{static_cast<rlim_t>(::dup(0)), before.rlim_max};
+  ::close(static_cast<int>(none_free.rlim_cur));
+  REQUIRE(::setrlimit(RLIMIT_NOFILE, &none_free) == 0);
+  Frame frame;
+  for (int i = 0; i < 3; ++i) host->receive(frame);
+  pollfd descriptor{host->descriptor(), POLLIN, 0};
+  const int readable = ::poll(&descriptor, 1, 0);
+  REQUIRE(::setrlimit(RLIMIT_NOFILE, &before) == 0);
+  CHECK(readable == 0);
+  const auto later = open_bus(at.name(), BusRole::kJoin);
+  REQUIRE(later->send({.id = 9}) == SendResult::kSent);
+  CHECK(wait_for(*host, frame));
 }
 
 TEST_CASE("A host goes on when a joiner has gone, and takes its frames to the last", "[unit]") {
