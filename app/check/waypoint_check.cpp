@@ -54,6 +54,22 @@ std::string largest_efforts(const Config& config, const Eigen::VectorXd& lambda)
   return text;
 }
 
+/// Why there is no answer.
+std::string failure(const Config& config, const StaticSolution& statics) {
+  switch (statics.obstacle) {
+    case StaticSolution::Obstacle::kNoEquilibrium:
+      return "no equilibrium was found";
+    case StaticSolution::Obstacle::kQpCapped:
+      return fmt::format("the QP was stopped at its cap of {} iterations, see control.iteration_cap",
+                         controller_config(config).iteration_cap);
+    case StaticSolution::Obstacle::kQpIllPosed:
+      return "the QP was refused as ill-posed";
+    case StaticSolution::Obstacle::kNoRest:
+      break;
+  }
+  return fmt::format("efforts and body did not come to rest in {} refreshes of the model", statics.refreshes);
+}
+
 /// What keeps the model from a waypoint that it misses.
 std::string obstacle(const Config& config, const WaypointCheck& waypoint) {
   if (waypoint.at_limits.empty() && waypoint.others_weigh)
@@ -93,7 +109,7 @@ WaypointCheck check_waypoint(const Robot& robot, const Config& config, const Eig
 }
 
 std::string verdict(const Config& config, const WaypointCheck& waypoint) {
-  if (!waypoint.miss) return "NOT REACHED: no equilibrium was found";
+  if (!waypoint.miss) return "NOT REACHED: " + failure(config, waypoint.statics);
   const std::string within = fmt::format("the model comes to within {:.2f} mm", 1e3 * *waypoint.miss);
   const std::string efforts =
       fmt::format("with efforts up to {}", largest_efforts(config, waypoint.statics.lambda));

@@ -37,12 +37,18 @@ StaticSolution solve_inverse_statics(const Robot& robot, const Config& config,
 
     const qp::Solution& solution =
         problem.solve(*snapshot, goal, limits.l_min, limits.l_max, feedback.lambda);
-    if (solution.status != qp::Status::kOptimal && solution.status != qp::Status::kSoftened) return result;
+    if (solution.status == qp::Status::kCapped || solution.status == qp::Status::kIllPosed) {
+      result.converged = false;
+      result.obstacle = solution.status == qp::Status::kCapped ? StaticSolution::Obstacle::kQpCapped
+                                                               : StaticSolution::Obstacle::kQpIllPosed;
+      return result;
+    }
     result.converged =
         result.converged && ((solution.x - feedback.lambda).array().abs() <= small.array()).all();
     feedback.lambda = solution.x;
     feedback.efforts_known = true;
   }
+  result.obstacle = StaticSolution::Obstacle::kNoRest;
   return result;
 }
 

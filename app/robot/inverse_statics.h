@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 
 #include "app/robot/robot.h"
 #include "rt/snapshot.h"
@@ -9,7 +10,10 @@ namespace tendril::app {
 
 /// A static answer of the inverse problem.
 struct StaticSolution {
+  enum class Obstacle : uint8_t { kNoEquilibrium, kQpCapped, kQpIllPosed, kNoRest };
+
   bool converged = false;  ///< efforts and body have come to rest; otherwise the vectors may be empty
+  Obstacle obstacle = Obstacle::kNoEquilibrium;  ///< what kept it from that
   int refreshes = 0;
   Eigen::VectorXd lambda;   ///< efforts, m, N or Pa
   Eigen::VectorXd delta_a;  ///< displacements, m, m or m³
