@@ -100,6 +100,7 @@ bool Cia402Axis::connected(int64_t last_sync_ns) const noexcept {
 /// A drive whose state is not known stops by its own heartbeat consumer; no statusword will confirm that.
 DrivePower Cia402Axis::power() const noexcept {
   if (!power_.may_be_on()) return DrivePower::kOff;
+  if (startup_.power_is_on()) return DrivePower::kOn;
   return !startup_.running() || is_loss_of_contact(fault_.kind) ? DrivePower::kUnknown : DrivePower::kOn;
 }
 

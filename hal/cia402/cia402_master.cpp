@@ -17,6 +17,9 @@ namespace {
 // Axes that are set up at the same time: their SDO frames must fit into a cycle beside the PDOs.
 constexpr int kSetUpAtOnce = 4;
 
+// How long drives may take to disable by PDO.
+constexpr int64_t kDisableByPdo_ns = 300'000'000;
+
 constexpr uint32_t kStatuswordObject = 0x6041'00;
 
 MasterConfig checked_canopen(MasterConfig config) {
@@ -74,7 +77,7 @@ void Cia402Master::command(const Command& command, int64_t now_ns, FrameBatch& o
     next_heartbeat_ns_ = now_ns + config_.heartbeat_ns;
     for (Cia402Axis& axis : axes_) axis.on_heartbeat_sent();
   }
-  if (command.finish && !command.enable && known.all_disabled)
+  if (command.finish && !command.enable && may_release(now_ns))
     for (Cia402Axis& axis : axes_) axis.release();
   set_up(now_ns, out);
   const bool may_begin = known.all_known && !supervisor_.faulted();
@@ -87,6 +90,12 @@ void Cia402Master::command(const Command& command, int64_t now_ns, FrameBatch& o
     out.push(encode_sync());
     last_sync_ns_ = now_ns;
   }
+}
+
+/// Drives that have not disabled by PDO in time are told over SDO.
+bool Cia402Master::may_release(int64_t now_ns) noexcept {
+  if (finish_since_ns_ == 0) finish_since_ns_ = now_ns;
+  return supervisor_.measurement().all_disabled || now_ns - finish_since_ns_ > kDisableByPdo_ns;
 }
 
 void Cia402Master::set_up(int64_t now_ns, FrameBatch& out) noexcept {

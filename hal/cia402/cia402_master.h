@@ -39,6 +39,7 @@ class Cia402Master final : public DriveMaster {
   std::string identity(int axis) const override;
 
  private:
+  bool may_release(int64_t now_ns) noexcept;
   void set_up(int64_t now_ns, FrameBatch& out) noexcept;
   std::string describe_alone(const DriveFault& fault) const;
   int axis_to_home() const noexcept;
@@ -49,7 +50,8 @@ class Cia402Master final : public DriveMaster {
   AxisTable axis_table_;
   Supervisor supervisor_;
   int64_t next_heartbeat_ns_ = 0;
-  int64_t last_sync_ns_ = 0;  // when the last SYNC went out
+  int64_t finish_since_ns_ = 0;  // since Command::finish; 0: not yet
+  int64_t last_sync_ns_ = 0;     // when the last SYNC went out
   std::array<std::atomic<bool>, kMaxAxes>
       identified_{};  // the names of the axis may be read by other threads
 };

@@ -227,7 +227,11 @@ void set_soft_limits(std::span<SdoStep> steps, SoftLimits limits) noexcept {
 
 std::vector<SdoStep> mode_steps(int8_t mode) { return {read(0x6061, 0, static_cast<uint8_t>(mode))}; }
 
-std::vector<SdoStep> power_check_steps() { return {read(0x6041, 0, 0, kPowerBits)}; }
+std::vector<SdoStep> power_off_steps() {
+  std::vector<SdoStep> steps;
+  append_power_off(steps);
+  return steps;
+}
 
 std::vector<SdoStep> release_steps() { return {write(0x1016, 1, 4, 0)}; }
 

@@ -66,8 +66,9 @@ int8_t following_mode(const AxisConfig& axis) noexcept;
 /// power.
 std::vector<SdoStep> mode_steps(int8_t mode);
 
-/// The entry by which a drive says whether its power is off.
-std::vector<SdoStep> power_check_steps();
+/// The entries that switch the power of a drive off, whatever it does with PDOs, and by which it says that it
+/// is off.
+std::vector<SdoStep> power_off_steps();
 
 /// The entries at the end of a run: the drive no longer monitors the master.
 std::vector<SdoStep> release_steps();

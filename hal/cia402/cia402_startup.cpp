@@ -38,7 +38,7 @@ Cia402Startup::Cia402Startup(const AxisConfig& axis, const MasterConfig& config)
     : config_(config),
       node_(axis.node),
       setup_steps_(setup_steps(axis, config)),
-      power_check_steps_(power_check_steps()),
+      power_off_steps_(power_off_steps()),
       release_steps_(release_steps()),
       names_(axis.node, cia402_settings(config).sdo_timeout_ns, cia402_settings(config).sdo_attempts) {}
 
@@ -174,7 +174,7 @@ void Cia402Startup::release(bool ours, SdoSequence& sdo) noexcept {
   if (!may_monitor_master_) return;
   ours_ = ours;
   power_is_off_ = false;
-  sdo.start(power_check_steps_);
+  sdo.start(power_off_steps_);
   stage_ = Stage::kCheckingPower;
 }
 
@@ -182,6 +182,7 @@ void Cia402Startup::check_power(int64_t now_ns, SdoSequence& sdo, FrameBatch& ou
   const SdoSequence::Status status = sdo.advance(now_ns, out);
   if (status == SdoSequence::Status::kRunning) return;
   power_is_off_ = status == SdoSequence::Status::kDone;
+  power_is_on_ = !power_is_off_ && sdo.failure() == 0;  // its statusword says so
   stage_ = Stage::kFinished;
   if (!power_is_off_ || !ours_) return;
   out.push(encode_nmt({NmtCommand::kPreOperational, node_}));

@@ -45,15 +45,15 @@ class Cia402Startup {
   /// Starts again from the reset of communication.
   void restart() noexcept {
     stage_ = Stage::kReset;
-    power_is_off_ = false;
+    power_is_off_ = power_is_on_ = false;
   }
 
   /// Stays where it is until `restart`.
   void give_up() noexcept { stage_ = Stage::kFailed; }
 
-  /// Asks the drive whether its power is off. Where it is, and `ours`, takes the drive out of NMT operational
-  /// and ends its heartbeat consumer; any other drive goes on monitoring us, and stops by itself. To be
-  /// called until `finished`.
+  /// Switches the power of the drive off over SDO. Where it says so, and is `ours`, takes the drive out of
+  /// NMT operational and ends its heartbeat consumer; any other drive goes on monitoring us, and stops by
+  /// itself. To be called until `finished`.
   /// @param ours  the set-up of the drive is still the one that this master made
   void release(bool ours, SdoSequence& sdo) noexcept;
 
@@ -71,6 +71,9 @@ class Cia402Startup {
 
   /// Whether the drive has told, over SDO in set-up or release, that its power is off.
   bool power_is_off() const noexcept { return power_is_off_; }
+
+  /// Whether it has told in release that its power is on.
+  bool power_is_on() const noexcept { return power_is_on_; }
 
   /// Whether `release` is through, or was not needed.
   bool finished() const noexcept { return stage_ == Stage::kFinished; }
@@ -102,14 +105,14 @@ class Cia402Startup {
 
   const MasterConfig& config_;
   int node_;
-  std::vector<SdoStep> setup_steps_, power_check_steps_, release_steps_;
+  std::vector<SdoStep> setup_steps_, power_off_steps_, release_steps_;
   DriveNames names_;
   Stage stage_ = Stage::kReset;
   int64_t stage_since_ns_ = 0;
   int64_t reset_ns_ = 0;                // when the communication was reset
   bool enters_preoperational_ = false;  // NMT pre-operational is to be sent
   bool may_monitor_master_ = false;     // its heartbeat consumer has been, or may have been, set up
-  bool power_is_off_ = false;
+  bool power_is_off_ = false, power_is_on_ = false;
   bool ours_ = false;  // see release
   int64_t last_nmt_start_ns_ = 0;
   NmtState nmt_ = NmtState::kBootUp;

@@ -135,13 +135,23 @@ TEST_CASE("A drive that does not say that its power is off goes on monitoring us
   };
   const size_t from = rig.traffic.size();
   end(rig);
-  rig.run_for(1'000 * kMillisecond_ns);
-  CHECK_FALSE(rig.measured.finished);
+  REQUIRE(rig.run_until([&] { return rig.measured.finished; }));
   CHECK(rig.measured.power[0] == DrivePower::kOn);
   CHECK(rig.measured.power[1] == DrivePower::kOff);
   CHECK_FALSE(was_written(rig, 1, {0x1016, 1}, 0, from));
   CHECK_THAT(describe_power(config_of(2), rig.measured),
              Catch::StartsWith("axis 'cable 0' (node 1) did not disable"));
+}
+
+TEST_CASE("A drive that hears no PDO any more is disabled over SDO", "[law]") {
+  EnabledRig rig(config_of(2));
+  VirtualEndpoint& other = rig.bus.attach("other");
+  other.send(encode_sdo_request(1, {SdoRequest::Kind::kWrite, {0x1400, 1}, 4, 0x8000'0201}));  // off
+  rig.run_for(20 * kMillisecond_ns);
+  end(rig);
+  REQUIRE(rig.run_until([&] { return rig.measured.finished; }, 900 * kMillisecond_ns));
+  CHECK(rig.drives[0].power_stage() == PowerStage::kOff);
+  CHECK(describe_power(config_of(2), rig.measured).empty());
 }
 
 TEST_CASE("A drive whose positions are lost is asked over SDO whether its power is off, and then released",
