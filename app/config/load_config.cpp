@@ -142,7 +142,7 @@ void read_plant(Reader& r, PlantConfig& plant, const Config& config, Protocols p
   r.need("mass", plant.mass, Dimension::kMass, kPositive);
   r.may("damping_mass", plant.damping_mass, Dimension::kInverseTime, kNotNegative);
   r.may("damping_stiffness", plant.damping_stiffness, Dimension::kTime, kNotNegative);
-  r.may("time_step", plant.time_step, Dimension::kTime, kPositive);
+  r.may("time_step", plant.time_step, Dimension::kTime, Range{.at_least = 1e-5, .at_most = 0.1});
   r.may("loads", plant.loads, read_load);
   r.may("drives", plant.drives, [&](Reader& section, ServoConfig& servo) {
     read_servo(section, servo, {*config.bus.master.protocol, protocols});

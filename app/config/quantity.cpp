@@ -65,48 +65,51 @@ constexpr std::array kUnits = {
     Unit{"mNm", Dimension::kTorque, 1, 1e3},
 };
 
-struct Noun {
+/// How a dimension is called, and what its values may be, in SI units: far beyond any robot, and far within
+/// what nanoseconds and counts hold.
+struct DimensionTraits {
   std::string_view one, many;
+  double least, greatest;
 };
 
-Noun noun_of(Dimension dimension) {
+DimensionTraits traits_of(Dimension dimension) {
   switch (dimension) {
     case Dimension::kNumber:
-      return {"a number", "numbers"};
+      return {"a number", "numbers", 0, 1e12};
     case Dimension::kLength:
-      return {"a length", "lengths"};
+      return {"a length", "lengths", 1e-9, 1e3};
     case Dimension::kTime:
-      return {"a duration", "durations"};
+      return {"a duration", "durations", 1e-6, 1e6};
     case Dimension::kRate:
-      return {"a rate", "rates"};
+      return {"a rate", "rates", 1e-3, 1e6};
     case Dimension::kBitRate:
-      return {"a bit rate", "bit rates"};
+      return {"a bit rate", "bit rates", 1, 1e9};
     case Dimension::kInverseTime:
-      return {"an inverse time", "inverse times"};
+      return {"an inverse time", "inverse times", 1e-6, 1e6};
     case Dimension::kMass:
-      return {"a mass", "masses"};
+      return {"a mass", "masses", 1e-9, 1e6};
     case Dimension::kForce:
-      return {"a force", "forces"};
+      return {"a force", "forces", 1e-9, 1e6};
     case Dimension::kPressure:
-      return {"a pressure", "pressures"};
+      return {"a pressure", "pressures", 1e-6, 1e12};
     case Dimension::kSpeed:
-      return {"a speed", "speeds"};
+      return {"a speed", "speeds", 1e-9, 1e3};
     case Dimension::kAcceleration:
-      return {"an acceleration", "accelerations"};
+      return {"an acceleration", "accelerations", 1e-6, 1e4};
     case Dimension::kAngle:
-      return {"an angle", "angles"};
+      return {"an angle", "angles", 1e-9, 1e3};
     case Dimension::kVolume:
-      return {"a volume", "volumes"};
+      return {"a volume", "volumes", 1e-15, 1e3};
     case Dimension::kFlow:
-      return {"a flow", "flows"};
+      return {"a flow", "flows", 1e-15, 1e3};
     case Dimension::kTurnRate:
-      return {"a turn rate", "turn rates"};
+      return {"a turn rate", "turn rates", 1e-6, 1e5};
     case Dimension::kCurrent:
-      return {"a current", "currents"};
+      return {"a current", "currents", 1e-6, 1e4};
     case Dimension::kTorque:
-      return {"a torque", "torques"};
+      return {"a torque", "torques", 1e-9, 1e6};
   }
-  return {"a value", "values"};
+  return {"a value", "values", 0, 1e12};
 }
 
 constexpr std::string_view kBlanks = " \t";
@@ -152,6 +155,11 @@ std::string units_of(Dimension dimension) {
   return list;
 }
 
+Magnitudes magnitudes_of(Dimension dimension) {
+  const DimensionTraits traits = traits_of(dimension);
+  return {traits.least, traits.greatest};
+}
+
 std::string_view si_unit(Dimension dimension) {
   const auto unit = std::ranges::find(kUnits, dimension, &Unit::dimension);
   return unit == kUnits.end() ? std::string_view() : unit->name;
@@ -159,7 +167,7 @@ std::string_view si_unit(Dimension dimension) {
 
 std::string describe_quantity(std::size_t count, Dimension dimension) {
   constexpr std::array<std::string_view, 5> kCounts = {"no", "one", "two", "three", "four"};
-  const Noun noun = noun_of(dimension);
+  const DimensionTraits noun = traits_of(dimension);
   std::string text(noun.one);
   if (count != 1) {
     text = fmt::format("{} {}", count < kCounts.size() ? kCounts[count] : std::to_string(count), noun.many);

@@ -24,6 +24,13 @@ using hal::Dimension;
 /// Real-time: no (allocates).
 std::string units_of(Dimension dimension);
 
+/// The magnitudes that values of a dimension may have in a robot file, beside 0, in the SI unit. The table in
+/// docs/robot-file.md is theirs.
+struct Magnitudes {
+  double least, greatest;
+};
+Magnitudes magnitudes_of(Dimension dimension);
+
 /// The SI unit of a dimension: "N"; empty for kNumber.
 /// Real-time: no (set-up only).
 std::string_view si_unit(Dimension dimension);

@@ -82,6 +82,9 @@ Value::Value(const YAML::Node& node, std::string path, int line, Source& source)
 
 void Value::read(double& out, Dimension dimension, const Range& range) const {
   read_numbers({&out, 1}, dimension);
+  const double least = magnitudes_of(dimension).least;
+  if (out != 0 && std::abs(out) < least)
+    fail("a magnitude of" + describe({.at_least = least}, si_unit(dimension)));
   if (!contains(range, out)) fail("a value" + describe(range, si_unit(dimension)));
 }
 
@@ -104,6 +107,10 @@ void Value::read_numbers(std::span<double> out, Dimension dimension) const {
   if (!node_.IsScalar() || !parse_quantity(node_.Scalar(), dimension, out)) {
     fail(describe_quantity(out.size(), dimension));
   }
+  const double greatest = magnitudes_of(dimension).greatest;
+  for (const double number : out)
+    if (std::abs(number) > greatest)
+      fail("a magnitude of" + describe({.at_most = greatest}, si_unit(dimension)));
 }
 
 void Value::read(Eigen::Vector3d& min, Eigen::Vector3d& max, Dimension dimension) const {

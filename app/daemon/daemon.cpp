@@ -35,6 +35,8 @@ void log_start(const Config& config, const hal::Bus& bus) {
   spdlog::info("{}: {} on {}", config.robot, m == 1 ? "one actuator" : fmt::format("{} actuators", m),
                bus.describe());
   for (const std::string& warning : warnings_on_drives(config)) spdlog::warn("{}", warning);
+  if (const std::string warning = warning_on_queue(config, bus.transmit_queue()); !warning.empty())
+    spdlog::warn("{}", warning);
 }
 
 }  // namespace

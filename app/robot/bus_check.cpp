@@ -27,6 +27,16 @@ std::vector<std::string> advice_on_drives(const Config& config) {
   return master.protocol->advice(master);
 }
 
+std::string warning_on_queue(const Config& config, int frames) {
+  const int needed = static_cast<int>(config.actuators.size()) + 2;  // SYNC and heartbeat
+  if (frames == 0 || frames >= needed) return "";
+  return fmt::format(
+      "the transmit queue of the bus holds {} frames, and a cycle has {}: what finds no room is lost. Make "
+      "it "
+      "longer: ip link set {} txqueuelen 128",
+      frames, needed, config.bus.name);
+}
+
 std::string bus_dbc(const Config& config) {
   check_bus(config);
   std::vector<hal::DisplacementUnit> units;

@@ -64,6 +64,9 @@ class Bus {
   /// Real-time: yes.
   virtual int descriptor() const noexcept { return -1; }
 
+  /// Frames that may wait for the bus to take them; 0: no limit that is known. Real-time: no (a system call).
+  virtual int transmit_queue() const { return 0; }
+
   /// What this is, for people: "CAN interface can0". Real-time: no (allocates).
   virtual std::string describe() const = 0;
 

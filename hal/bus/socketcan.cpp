@@ -102,6 +102,11 @@ class SocketCan final : public Bus {
     return send_dropped_ + receive_dropped_ + controller_dropped_;
   }
   int descriptor() const noexcept override { return socket_.get(); }
+  int transmit_queue() const override {
+    ifreq request{};
+    interface_.copy(request.ifr_name, IFNAMSIZ - 1);
+    return ::ioctl(socket_.get(), SIOCGIFTXQLEN, &request) == 0 ? request.ifr_qlen : 0;
+  }
   std::string describe() const override { return "CAN interface " + interface_; }
 
  private:

@@ -1,6 +1,8 @@
 #include "hal/cia402/cia402_check.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 
@@ -52,6 +54,24 @@ void check_reference(const MasterConfig& config, int i) {
                   static_cast<int>(*homing.method)));
 }
 
+/// The range of displacements must fit the 32 bits of a position, and be many counts.
+void check_counts(const MasterConfig& config, int i) {
+  constexpr double kFewest = 100, kLargest = INT32_MAX;
+  const AxisConfig& axis = config.axes[i];
+  if (!std::isfinite(axis.displacement_min) || !std::isfinite(axis.displacement_max)) return;
+  const double least = axis.scale.to_position(axis.displacement_min),
+               greatest = axis.scale.to_position(axis.displacement_max);
+  if (std::max(std::abs(least), std::abs(greatest)) > kLargest)
+    refuse_drive(
+        config, i, "counts_per_turn",
+        formatted("positions that 32 bits hold; its displacements are %.4g to %.4g counts", least, greatest));
+  const double counts = std::abs(greatest - least);
+  if (axis.displacement_max > axis.displacement_min && counts < kFewest)
+    refuse_drive(
+        config, i, "counts_per_turn",
+        formatted("at least %g counts in the range of displacements, which has %.3g", kFewest, counts));
+}
+
 void check_axis(const MasterConfig& config, int i) {
   const AxisConfig& axis = config.axes[i];
   if (axis.node < 1 || axis.node > 127) refuse_drive(config, i, "node", "a node id from 1 to 127");
@@ -59,6 +79,7 @@ void check_axis(const MasterConfig& config, int i) {
     refuse_drive(config, i, "pdo", "a PDO from 1 to 4");
   if (rpdo_cob_id(axis) > 0x7FF) refuse_drive(config, i, "rpdo_id", "a COB-ID of 11 bits");
   if (tpdo_cob_id(axis) > 0x7FF) refuse_drive(config, i, "tpdo_id", "a COB-ID of 11 bits");
+  check_counts(config, i);
   check_reference(config, i);
   check_torques(config, i);
 }

@@ -57,9 +57,9 @@ TEST_CASE("What one key demands of another is checked", "[unit]") {
        nullptr,
        {"actuators[0].cable[1]", "a point apart from the one before it"}},
       {"  speed: 25 mm/s",
-       "  speed: 1e-12 mm/s",
+       "  speed: 2e-6 mm/s",
        nullptr,
-       {"motion.speed: found '1e-12 mm/s'", "at least ", " days, and 30 are allowed"}},
+       {"motion.speed: found '2e-6 mm/s'", "at least ", " days, and 30 are allowed"}},
       {"- -10 10 0 mm",
        "- -10 10 26 mm",
        nullptr,
@@ -308,7 +308,7 @@ TEST_CASE("A robot has at most 32 actuators and 24 controlled coordinates", "[un
     for (int i = 1; i <= actuators; ++i) {
       const std::string n = std::to_string(i);
       yaml += "  - {name: a" + n + ", cable: [body 0 0 1 m, guide 0 0 2 m], tension: 0 1 N, stroke: 0 1 mm, ";
-      yaml += "top_speed: 1 m/s, drive: {node: " + n + ", counts_per_turn: 1, pulley_radius: 1 cm}}\n";
+      yaml += "top_speed: 1 m/s, drive: {node: " + n + ", counts_per_turn: 65536, pulley_radius: 1 cm}}\n";
     }
     return error_of(RobotFile(yaml).path());
   };

@@ -1,10 +1,13 @@
 #include "app/config/config.h"
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <numbers>
 #include <sstream>
 
 #include "app/config/load_config.h"
+#include "app/config/quantity.h"
 #include "hal/cia402/cia402_protocol.h"
 #include "hal/cia402/cia402_settings.h"
 #include "tests/app/robot_file.h"
@@ -23,6 +26,18 @@ std::string manual_example() {
   const std::size_t begin = text.find(fence);
   REQUIRE(begin != std::string::npos);
   return text.substr(begin + fence.size(), text.find("```", begin + 1) - begin - fence.size());
+}
+
+TEST_CASE("The manual has the units of every quantity, and the magnitudes that it may have", "[unit]") {
+  const std::string text = manual();
+  for (int d = static_cast<int>(Dimension::kLength); d <= static_cast<int>(Dimension::kTorque); ++d) {
+    const auto dimension = static_cast<Dimension>(d);
+    const auto [least, greatest] = magnitudes_of(dimension);
+    const std::string row = fmt::format(" | {} | {:g} {} | {:g} {} |\n", units_of(dimension), least,
+                                        si_unit(dimension), greatest, si_unit(dimension));
+    INFO(row);
+    CHECK(text.find(row) != std::string::npos);
+  }
 }
 
 /// The keys in the manual's tables: a heading "## `section`" goes before the keys of the rows under it.
@@ -332,7 +347,7 @@ actuators:
     tension: 1 1 N
     stroke: 1 2 mm
     top_speed: 1 m/s
-    drive: {node: 127, counts_per_turn: 4096.5, pulley_radius: 1 cm}
+    drive: {node: 127, counts_per_turn: 40960.5, pulley_radius: 1 cm}
 bus: {name: can0, master_node: 1}
 )");
   const Config c = load_config(file.path());

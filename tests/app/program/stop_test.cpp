@@ -94,9 +94,9 @@ TEST_CASE("Standard descriptors that are closed at the start take nothing else i
   CHECK(read_trace(bench.report()).rows.size() > 10);  // and not a line of log among them
 }
 
-TEST_CASE("A model that rests for hours between refreshes is ended at once", "[scenario]") {
+TEST_CASE("A model that rests for a quarter of an hour between refreshes is ended at once", "[scenario]") {
   Workbench bench(
-      Changes{{"rate: 600 Hz", "rate: 200 Hz\n  iteration_cap: 32\n  model_rate_limit: 0.0001 Hz"}});
+      Changes{{"rate: 600 Hz", "rate: 200 Hz\n  iteration_cap: 32\n  model_rate_limit: 0.001 Hz"}});
   const Ended ended = run(bench.daemon({"--duration", "0.3"}));
   INFO(ended.err);
   CHECK(ended.code == 0);

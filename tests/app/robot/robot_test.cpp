@@ -6,6 +6,7 @@
 
 #include "app/config/load_config.h"
 #include "app/config/master_config.h"
+#include "app/robot/bus_check.h"
 #include "hal/cia402/cia402_settings.h"
 #include "hal/drive/drive_protocol.h"
 #include "tests/app/program/programs.h"
@@ -33,6 +34,14 @@ void check_refused(const std::string& good, const std::string& bad,
   }
   CHECK_THAT(message, Catch::StartsWith(file.path().string() + ":" + std::to_string(line) + ": "));
   for (const std::string& fragment : fragments) CHECK_THAT(message, Catch::Contains(fragment));
+}
+
+TEST_CASE("A transmit queue that does not hold a cycle's frames is warned of with what to type", "[unit]") {
+  const Config config = finger_config();  // two axes, SYNC, heartbeat
+  CHECK(warning_on_queue(config, 0).empty());
+  CHECK(warning_on_queue(config, 4).empty());
+  CHECK_THAT(warning_on_queue(config, 3), Catch::Contains("holds 3 frames, and a cycle has 4") &&
+                                              Catch::Contains("ip link set vcan0 txqueuelen"));
 }
 
 TEST_CASE("What does not fit the mesh is refused with file, line and culprit", "[unit]") {

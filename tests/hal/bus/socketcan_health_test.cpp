@@ -35,6 +35,12 @@ TEST_CASE("An interface that is no CAN bus is refused", "[unit]") {
                                                         Catch::Contains("cannot open a CAN socket"));
 }
 
+TEST_CASE("A bus tells how many frames its transmit queue holds", "[vcan]") {
+  if (skipped_without_vcan0() || skipped_without_root()) return;
+  const OwnInterface interface("txqueuelen 7 up");
+  CHECK(open_bus(interface.name(), BusRole::kJoin)->transmit_queue() == 7);
+}
+
 TEST_CASE("Error frames of the controller become the health of the bus", "[vcan]") {
   if (skipped_without_vcan0()) return;
   const Vcan vcan;
