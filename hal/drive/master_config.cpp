@@ -20,7 +20,8 @@ void check_axis(const MasterConfig& config, int i, int node_of_master) {
   const bool limited = std::isfinite(axis.displacement_min) && std::isfinite(axis.displacement_max);
   if (axis.set_point == SetPoint::kEffort && !limited)
     refuse_drive(config, i, "stroke", "limits of the displacement, as it follows efforts");
-  if (!(axis.following_error >= 0)) refuse_drive(config, i, "following_error", "a limit that is not negative");
+  if (!(axis.following_error >= 0))
+    refuse_drive(config, i, "following_error", "a limit that is not negative");
   if (axis.node == node_of_master)
     refuse_drive(config, i, "node", "a node id of its own, the controller (bus.master_node) has this one");
   for (int other = 0; other < i; ++other)
@@ -58,7 +59,8 @@ std::string label(const MasterConfig& config, int axis) {
 }
 
 std::string displacement_text(const AxisConfig& axis, double displacement) {
-  return axis.moves_volume ? formatted("%.4g ml", 1e6 * displacement) : formatted("%.4g mm", 1e3 * displacement);
+  return axis.moves_volume ? formatted("%.4g ml", 1e6 * displacement)
+                           : formatted("%.4g mm", 1e3 * displacement);
 }
 
 void check_common(const MasterConfig& config, int64_t feedback_period_ns, int node_of_master) {

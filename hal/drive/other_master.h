@@ -7,15 +7,16 @@
 
 namespace tendril::hal {
 
-/// Listens for another controller of the same drives. Two controllers on one bus overwrite each other's commands
-/// and set-up, so the one that comes later must not begin.
+/// Listens for another controller of the same drives. Two controllers on one bus overwrite each other's
+/// commands and set-up, so the one that comes later must not begin.
 ///
-/// A bus does not give a controller its own frames back, so a frame that only a controller sends is another one's.
-/// Three of them with one identifier within the time of listening count: a single one may be a stray.
+/// A bus does not give a controller its own frames back, so a frame that only a controller sends is another
+/// one's. Three of them with one identifier within the time of listening count: a single one may be a stray.
 /// Real-time: every function but the constructor (bounded, no allocation).
 class OtherMaster {
  public:
-  /// @param ids        11-bit identifiers of frames that only a controller sends, and that a running one repeats
+  /// @param ids        11-bit identifiers of frames that only a controller sends, and that a running one
+  /// repeats
   /// @param listen_ns  how long to listen before the first frame of one's own; 0: not at all
   OtherMaster(const std::vector<uint32_t>& ids, int64_t listen_ns);
 
