@@ -88,4 +88,28 @@ TEST_CASE("A hold takes the speed out on a ramp too", "[law]") {
   CHECK(moving > 10);
 }
 
+TEST_CASE("Braking leads no cable beyond its limits, at either end", "[law]") {
+  const double towards =
+      GENERATE(0.0, 0.05);  // m, of the effector: as short and as long as efforts make the cable
+  ControllerConfig config = testing::one_cable();
+  config.l_min.setConstant(1, 0.002);
+  for (const double away : {0.0003, 0.001, 0.003}) {
+    CAPTURE(towards, away);
+    Rig rig(config);
+    rig.target = testing::still(0.02, 0);
+    rig.step_until(Phase::kRunning);
+    for (int k = 0; k < 100; ++k) rig.step();
+    rig.target = testing::still(towards, 0);
+    const double limit = towards > 0.02 ? config.l_max[0] : config.l_min[0];
+    for (int k = 0; k < 100 && std::abs(rig.measurement.displacement[0] - limit) > away; ++k) rig.step();
+    rig.cycle.stop_requested = true;
+    int steps = 0;
+    while (rig.step().phase == Phase::kStopping && ++steps < 1000) {
+      CHECK(rig.measurement.displacement[0] >= config.l_min[0] - 1e-12);
+      CHECK(rig.measurement.displacement[0] <= config.l_max[0] + 1e-12);
+    }
+    CHECK(std::abs(rig.measurement.displacement[0] - limit) <= away);  // it was on its way there
+  }
+}
+
 }  // namespace tendril::rt::controller_stop_test
