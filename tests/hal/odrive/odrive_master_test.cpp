@@ -72,6 +72,23 @@ TEST_CASE("Enabling ODrive axes is no jump, whatever is commanded before all are
   CHECK(slow <= 0);
 }
 
+TEST_CASE("A state that no heartbeat confirms is requested again twice a second, not every cycle", "[unit]") {
+  OdriveRig rig(odrive_config_of(1));
+  REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
+  rig.tamper = [](int, Frame& frame) {
+    if (frame.id == odrive_id(0, OdriveMessage::kHeartbeat)) frame.data[4] = kOdriveIdle;
+    return true;
+  };
+  const auto from = rig.traffic.size();
+  rig.command.enable = true;
+  rig.run_for(2'000 * kMillisecond_ns);
+  int requests = 0;
+  for (size_t i = from; i < rig.traffic.size(); ++i)
+    requests += decode_odrive_state(rig.traffic[i], 0) == kOdriveClosedLoop;
+  CHECK(requests >= 4);
+  CHECK(requests <= 5);
+}
+
 TEST_CASE("Enabled ODrive axes follow the commanded lengths, each in its own sense", "[unit]") {
   const OdriveFirmware firmware = GENERATE(OdriveFirmware::k0_5, OdriveFirmware::k0_6);
   EnabledOdriveRig rig(odrive_config_of(4, firmware));
