@@ -36,6 +36,7 @@ constexpr std::array<EntryDescription, kSimulatedEntries> kEntries = {{
     {{0x1018, 2}, "Product code", 4, Access::kReadOnly, 0x402, 0, kAnyU32},
     {{0x1018, 3}, "Revision", 4, Access::kReadOnly, 1, 0, kAnyU32},
     {{0x1018, 4}, "Serial number", 4, Access::kReadOnly, 0, 0, kAnyU32},
+    {{0x1019, 0}, "SYNC counter overflow", 1, Access::kReadWrite, 0, 0, 0},
     {{0x1400, 0}, "RPDO 1 parameters", 1, Access::kReadOnly, 2, 0, kAnyU8},
     {{0x1400, 1},
      "RPDO 1 COB-ID",

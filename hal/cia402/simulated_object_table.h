@@ -27,6 +27,7 @@ enum class SimulatedEntry : int {
   kProduct,
   kRevision,
   kSerial,
+  kSyncCounter,  // 1019; 0: SYNC has none
   kRpdoCount,
   kRpdoId,
   kRpdoType,
