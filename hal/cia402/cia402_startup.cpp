@@ -11,6 +11,9 @@ namespace {
 // NMT start is repeated: it is the one command of start-up that no answer confirms at once.
 constexpr int64_t kNmtRepeat_ns = 100'000'000;
 
+// A drive that changes its NMT state may miss what comes with the command.
+constexpr int64_t kNmtPause_ns = 20'000'000;
+
 // A drive that sends no boot-up message is asked all the same after this time.
 constexpr int64_t kBootUpWait_ns = 1'000'000'000;
 
@@ -116,8 +119,12 @@ DriveFault Cia402Startup::advance(int64_t now_ns, SdoSequence& sdo, FrameBatch& 
 /// Takes a drive that starts by itself to NMT pre-operational, where PDOs can be set up, and asks it for its
 /// device type, which every drive has. One that does not answer yet may still boot.
 DriveFault Cia402Startup::ask(int64_t now_ns, SdoSequence& sdo, FrameBatch& out) noexcept {
-  if (enters_preoperational_) out.push(encode_nmt({NmtCommand::kPreOperational, node_}));
-  enters_preoperational_ = false;
+  if (enters_preoperational_) {
+    out.push(encode_nmt({NmtCommand::kPreOperational, node_}));
+    enters_preoperational_ = false;
+    stage_since_ns_ = now_ns;
+  }
+  if (now_ns - stage_since_ns_ < kNmtPause_ns) return {};
   const SdoSequence::Status status = sdo.advance(now_ns, out);
   if (status == SdoSequence::Status::kRunning) return {};
   if (status == SdoSequence::Status::kDone) {
