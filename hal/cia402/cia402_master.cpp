@@ -129,8 +129,7 @@ std::string Cia402Master::describe(const DriveFault& fault) const {
 
 std::string Cia402Master::describe_alone(const DriveFault& fault) const {
   const char* kind = name(fault.kind);
-  if (fault.kind == FaultKind::kOtherMaster)
-    return kind + formatted(": its frames with identifier 0x%03X are on the bus. End it first", fault.code);
+  if (fault.kind == FaultKind::kOtherMaster) return describe_other_master(fault);
   if (fault.axis < 0 || fault.axis >= static_cast<int>(axes_.size())) return kind;
   const std::string who = label(config_, fault.axis) + ": ";
   switch (fault.kind) {

@@ -252,7 +252,7 @@ void Cia402PowerControl::restart() noexcept {
 
 bool Cia402PowerControl::power_is_off() const noexcept {
   return state_ == DriveState::kSwitchOnDisabled || state_ == DriveState::kFault ||
-         state_ == DriveState::kNotReady || state_ == DriveState::kUnknown;
+         state_ == DriveState::kNotReady;
 }
 
 }  // namespace tendril::hal

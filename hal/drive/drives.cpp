@@ -54,6 +54,11 @@ const char* name(FaultKind kind) noexcept {
   return "unknown fault";
 }
 
+std::string describe_other_master(const DriveFault& fault) {
+  return name(fault.kind) +
+         formatted(": its frames with identifier 0x%03X are on the bus. End it first", fault.code);
+}
+
 std::string describe_out_of_range(const DriveFault& fault) {
   const auto thousandths = static_cast<int32_t>(fault.code);
   return name(fault.kind) + formatted(", it is %.1f %% of it %s: check the actuator and its load",

@@ -59,6 +59,9 @@ struct DriveFault {
 /// A fault of kind kOutOfRange in words, without the name of the axis. Real-time: no (allocates).
 std::string describe_out_of_range(const DriveFault& fault);
 
+/// A fault of kind kOtherMaster in words. Real-time: no (allocates).
+std::string describe_other_master(const DriveFault& fault);
+
 /// What is known of the power stage of a drive.
 enum class DrivePower : uint8_t {
   kOff,     // the drive has said so, or was never enabled

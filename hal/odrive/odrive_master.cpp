@@ -133,8 +133,7 @@ void OdriveMaster::command(const Command& command, int64_t now_ns, FrameBatch& o
 
 std::string OdriveMaster::describe(const DriveFault& fault) const {
   const std::string kind = name(fault.kind);
-  if (fault.kind == FaultKind::kOtherMaster)
-    return kind + formatted(": its frames with identifier 0x%03X are on the bus. End it first", fault.code);
+  if (fault.kind == FaultKind::kOtherMaster) return describe_other_master(fault);
   if (fault.axis < 0 || fault.axis >= static_cast<int>(axes_.size())) return kind;
   const std::string who = label(config_, fault.axis) + ": ";
   const OdriveFirmware firmware = odrive_settings(config_).firmware;
