@@ -14,7 +14,6 @@ namespace tendril::app {
 namespace {
 
 constexpr auto kRetryInterval = std::chrono::milliseconds(1);
-constexpr double kLongestPeriod_ns = 1e18;
 constexpr auto kLongestRest = std::chrono::milliseconds(20);  // before it looks whether it shall end
 // After so many failed refreshes without a single good one there will be no first snapshot.
 constexpr uint64_t kFailuresAllowed = 100;
@@ -74,8 +73,7 @@ void ModelThread::run() {
 void ModelThread::refresh() {
   first_ns_ = rt::now_ns();
   last_ns_ = first_ns_.load();
-  const int64_t period_ns =
-      rate_limit_hz_ > 0 ? std::llround(std::min(1e9 / rate_limit_hz_, kLongestPeriod_ns)) : 0;
+  const int64_t period_ns = rate_limit_hz_ > 0 ? std::llround(1e9 / rate_limit_hz_) : 0;
   while (!quit_) {
     const int64_t begin_ns = rt::now_ns();
     if (refresher_.refresh(channels_.feedback.latest(), begin_ns, channels_.snapshots.back())) {
