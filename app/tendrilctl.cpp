@@ -1,18 +1,76 @@
-#include <spdlog/spdlog.h>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "app/client/operate.h"
 #include "app/jog/jog_run.h"
 #include "app/program/command_line.h"
 #include "app/program/exit_codes.h"
 #include "app/program/output.h"
 #include "app/program/stop_signal.h"
 
+namespace tendril::app {
+namespace {
+
+/// Commands for the robot that a running daemon controls.
+void declare_operation(CommandLine& cli, OperateOptions& options,
+                       std::vector<std::pair<const char*, CommandLine*>>& commands) {
+  const auto add = [&](const char* name, const std::string& description, bool moves) -> CommandLine& {
+    CommandLine& command = cli.add_command(name, description);
+    command.add("--socket", options.socket, "of the daemon (default: the only one in /run/tendril)");
+    if (moves)
+      command.add_flag("--steal", options.steal, "take the control away from the client that has it");
+    commands.emplace_back(name, &command);
+    return command;
+  };
+  CommandLine& status =
+      add("status", "shows targets, model, sensors, actuators and faults of the running robot", false);
+  status.add_flag("--watch", options.watch, "again and again, until Ctrl-C");
+  status.add_flag("--json", options.json, "one line of JSON, in SI units");
+  CommandLine& monitor = add("monitor", "prints the state as it changes, until Ctrl-C", false);
+  monitor.add("--rate", options.rate_hz, "states a second, up to the control rate (default: 10)")
+      .within(0.1, 1000.0);
+  monitor.add_flag("--json", options.json, "one line of JSON a state, in SI units");
+  CommandLine& target =
+      add("target",
+          "moves the first effector to a point in a straight line, and waits until the target is "
+          "there; Ctrl-C holds it on its way.\nExample: tendrilctl target 10 0 120 --speed 20",
+          true);
+  target
+      .add("MM", options.position_mm,
+           "one value a controlled coordinate, in the robot's frame; ml for a volume")
+      .required();
+  target.add("--speed", options.speed_mm_s, "mm/s (default: motion.speed of the robot file, else 50)")
+      .within(0.001, 10'000.0);
+  target.add("--in", options.in_s, "seconds for the way, instead of a speed")
+      .within(0.0, 600.0)
+      .excludes("--speed");
+  add("play", "follows the path of the robot file from its beginning", true);
+  add("pause", "lets time on the path stand still", true);
+  add("resume", "goes on along the path", true);
+  add("hold", "stays where the effectors are wanted now", true);
+  add("speed", "sets how fast time passes on the path", true)
+      .add("PERCENT", options.percent, "of the speed in the robot file, 0 to 100")
+      .required()
+      .within(0.0, 100.0);
+  add("stop", "ends the run: the robot comes to a halt and its drives are disabled", true);
+}
+
+}  // namespace
+}  // namespace tendril::app
+
 int main(int argc, char** argv) {
   using namespace tendril;
   app::open_standard_descriptors();
   app::CommandLine cli{
-      "tendrilctl is for the hands of whoever wires and runs the robot.\n\n"
+      "tendrilctl is for the hands of whoever wires and runs the robot. All commands but jog speak to a "
+      "running "
+      "tendrild over its control socket.\n\n"
       "Exit codes: 0 done; 1 it ended otherwise than asked; 2 wrong usage or robot file; 3 the machine lacks "
-      "something (rights, bus)."};
+      "something (rights, bus, a daemon)."};
+  app::OperateOptions operation;
+  std::vector<std::pair<const char*, app::CommandLine*>> commands;
+  app::declare_operation(cli, operation, commands);
   app::JogOptions jog;
   app::CommandLine& command = cli.add_command(
       "jog",
@@ -40,5 +98,12 @@ int main(int argc, char** argv) {
 
   app::log_to_stderr("tendrilctl");
   app::watch_stop_signals();
-  return app::exit_code_of([&] { return app::run_jog(jog); });
+  return app::exit_code_of([&] {
+    for (const auto& [name, given] : commands)
+      if (given->given()) {
+        operation.command = name;
+        return app::operate(operation);
+      }
+    return app::run_jog(jog);
+  });
 }

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <cstdlib>
+
 #include "app/check/check_report.h"
 #include "app/config/load_config.h"
 #include "app/daemon/daemon.h"
@@ -30,6 +32,10 @@ int main(int argc, char** argv) {
   cli.add("--duration", options.duration_s, "seconds to run once the drives are enabled; 0: until a signal")
       .not_negative();
   cli.add("--report", options.report, "folder for figures, trace and pictures of the run");
+  cli.add("--socket", options.socket,
+          "where operators and their programs connect, a UNIX socket (default: under systemd, the robot's "
+          "name in "
+          "/run/tendril; else none)");
   cli.add_flag(
       "--allow-non-rt", options.allow_non_rt,
       "run without SCHED_FIFO and locked memory where they are refused; for trying out, not for a robot");
@@ -47,6 +53,8 @@ int main(int argc, char** argv) {
       fmt::print("{}", app::bus_dbc(config));
       return static_cast<int>(app::kOk);
     }
+    if (const char* folder = std::getenv("RUNTIME_DIRECTORY"); folder && options.socket.empty())
+      options.socket = std::filesystem::path(folder) / (config.file.stem().string() + ".sock");
     return check ? app::check_robot(config, json) : app::run_daemon(config, options);
   });
 }

@@ -5,7 +5,6 @@
 
 #include <chrono>
 #include <optional>
-#include <thread>
 
 #include "app/config/master_config.h"
 #include "app/daemon/housekeeping.h"
@@ -70,7 +69,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   if (!control.refusal().empty()) spdlog::warn("{}", control.refusal());
   while (!control.ended()) {
     housekeeping.run_once();
-    std::this_thread::sleep_for(kHousekeepingInterval);
+    housekeeping.wait(kHousekeepingInterval);
   }
   control.join();
   housekeeping.run_once();  // what came last

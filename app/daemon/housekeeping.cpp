@@ -1,6 +1,7 @@
 #include "app/daemon/housekeeping.h"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -24,17 +25,20 @@ Housekeeping::Housekeeping(const Config& config, const DaemonOptions& options, r
       options_(options),
       channels_(channels),
       model_(model),
-      rest_(std::move(rest)),
       recorder_(recorder),
       service_(service),
       log_(config, master),
       status_(config, rt::now_ns()),
-      status_due_ns_(rt::now_ns() + kStatusInterval_ns) {}
+      targets_(config, std::move(rest)),
+      status_due_ns_(rt::now_ns() + kStatusInterval_ns) {
+  if (!options.socket.empty()) server_.emplace(options.socket, config, targets_, channels.requests);
+}
 
 void Housekeeping::run_once() {
   const int64_t now_ns = rt::now_ns();
   begin_run();
-  send_target(now_ns);
+  if (server_) server_->serve();
+  send_target(rt::now_ns());
   pass_on_stop(now_ns);
   drain();
   log_.log_identities();
@@ -47,13 +51,19 @@ void Housekeeping::begin_run() {
   if (!channels_.run_starts.fresh()) return;
   const rt::RunStart& start = channels_.run_starts.latest();
   running_since_ns_ = start.stamp_ns;
-  if (config_.motion) motion_.emplace(config_, rest_, start);
+  targets_.begin(start);
 }
 
 void Housekeeping::send_target(int64_t now_ns) {
-  if (!motion_) return;
-  channels_.targets.back() = motion_->at(now_ns);
+  const auto target = targets_.at(now_ns);
+  if (!target) return;
+  channels_.targets.back() = *target;
   channels_.targets.publish();
+}
+
+void Housekeeping::wait(std::chrono::milliseconds limit) const {
+  pollfd requests{server_ ? server_->descriptor() : -1, POLLIN, 0};
+  ::poll(&requests, 1, static_cast<int>(limit.count()));
 }
 
 double Housekeeping::running_s(int64_t now_ns) const {
@@ -71,7 +81,8 @@ void Housekeeping::drain() {
     begin_run();  // the start of a run is there before its first record
     log_.add(record);
     status_.add(record);
-    if (recorder_) recorder_->add(record, motion_ ? &*motion_ : nullptr);
+    if (recorder_) recorder_->add(record, targets_.undisturbed_path());
+    if (server_) server_->add(record);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 
@@ -9,20 +10,23 @@
 #include "app/daemon/run_recorder.h"
 #include "app/daemon/run_status.h"
 #include "app/daemon/service_manager.h"
+#include "app/operation/control_server.h"
+#include "app/operation/target_source.h"
 #include "app/robot/model_thread.h"
-#include "app/robot/motion.h"
 #include "hal/drive/drives.h"
 #include "rt/channels.h"
 
 namespace tendril::app {
 
-/// What the main thread does while the control thread runs: sends targets, passes on requests to stop, drains
-/// the trace, informs people and the service manager. Real-time: no, for all of it (allocates, may block).
+/// What the main thread does while the control thread runs: serves operators, sends targets, passes on
+/// requests to stop, drains the trace, informs people and the service manager. Real-time: no, for all of it
+/// (allocates, may block).
 class Housekeeping {
  public:
   /// Keeps references.
   /// @param rest      where effectors that do not move stay, e, m or m³
   /// @param recorder  nullptr: nobody wants a record
+  /// @throws std::runtime_error where operators cannot be listened to, see LineServer
   Housekeeping(const Config& config, const DaemonOptions& options, rt::Channels& channels,
                const ModelThread& model, const hal::DriveMaster& master, rt::EffectorVector rest,
                RunRecorder* recorder, ServiceManager& service);
@@ -30,6 +34,9 @@ class Housekeeping {
   /// One round. What the control thread waits for comes first, what may take its time last. Call it once more
   /// after the control thread has ended.
   void run_once();
+
+  /// Waits until an operator asks for something, at most some time. Real-time: no.
+  void wait(std::chrono::milliseconds limit) const;
 
  private:
   void drain();
@@ -44,12 +51,12 @@ class Housekeeping {
   const DaemonOptions& options_;
   rt::Channels& channels_;
   const ModelThread& model_;
-  rt::EffectorVector rest_;
   RunRecorder* recorder_;
   ServiceManager& service_;
   RunLog log_;
   RunStatus status_;
-  std::optional<Motion> motion_;
+  TargetSource targets_;
+  std::optional<ControlServer> server_;
   bool said_ready_ = false, said_stopping_ = false;  // to the service manager
   int64_t running_since_ns_ = 0, status_due_ns_, progress_due_ns_ = 0;
 };

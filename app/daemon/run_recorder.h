@@ -36,7 +36,7 @@ class RunRecorder {
   RunRecorder(const Config& config, const std::filesystem::path& directory);
 
   /// One cycle, in order.
-  /// @param motion  the path that is followed, once it is
+  /// @param motion  the path that is followed; nullptr where it is none but what an operator asks for
   void add(const rt::TraceRecord& record, const Motion* motion) {
     trace_.add(record, motion);
     statistics_.add(record, motion);

@@ -52,11 +52,12 @@ void RunStatistics::add(const rt::TraceRecord& record, const Motion* motion) {
     if (record.qp_solved) ++statuses_[qp::name(record.qp_status)];
     iterations_max_ = std::max(iterations_max_, record.qp_iterations);
     recent_.push_back({record.intended_ns,
+                       Eigen::Map<const Eigen::VectorXd>(record.desired.data(), effector_coordinates_),
                        Eigen::Map<const Eigen::VectorXd>(record.p_e.data(), effector_coordinates_),
                        Eigen::Map<const Eigen::VectorXd>(record.lambda.data(),
                                                          static_cast<Eigen::Index>(effort_errors_.size()))});
     while (recent_.front().stamp_ns < record.intended_ns - kMemory_ns) recent_.pop_front();
-    if (motion) add_tip_error(record, *motion);
+    add_tip_error(record, motion);
     add_effort_errors(record);
     for (std::size_t a = 0; a < following_errors_.size(); ++a)
       following_errors_[a] = std::max(following_errors_[a], std::abs(record.command[a] - record.measured[a]));
@@ -72,7 +73,8 @@ const RunStatistics::ModelPoint& RunStatistics::model_at(int64_t stamp_ns) const
 
 /// Once every coordinate that is measured is newer than when it counted last: each at its own instant, as
 /// they may come from several sensors.
-void RunStatistics::add_tip_error(const rt::TraceRecord& record, const Motion& motion) {
+void RunStatistics::add_tip_error(const rt::TraceRecord& record, const Motion* motion) {
+  const int64_t since_ns = motion ? motion->path_start_ns() : running_since_ns_;
   double to_path = 0, to_model = 0;
   bool any_new = false;
   std::array<int64_t, 3> stamps_ns = compared_ns_;
@@ -81,13 +83,14 @@ void RunStatistics::add_tip_error(const rt::TraceRecord& record, const Motion& m
     const auto& index = signals_.tip[axis];
     if (!index || config_.effectors[0].weights[k] <= 0) continue;
     const int64_t stamp_ns = record.sensors.stamp_ns[index->sensor];
-    if (stamp_ns <= compared_ns_[axis] || stamp_ns < motion.path_start_ns()) return;
+    if (stamp_ns <= compared_ns_[axis] || stamp_ns < since_ns) return;
     stamps_ns[axis] = stamp_ns;
     any_new = any_new || new_samples_.has(record, *index);
     const double measured = record.sensors.value[index->signal];
     const auto row = static_cast<Eigen::Index>(k);
-    to_path += std::pow(motion.at(stamp_ns).position[row] - measured, 2);
-    to_model += std::pow(model_at(stamp_ns).p_e[row] - measured, 2);
+    const ModelPoint& model = model_at(stamp_ns);
+    to_path += std::pow((motion ? motion->at(stamp_ns).position : model.desired)[row] - measured, 2);
+    to_model += std::pow(model.p_e[row] - measured, 2);
   }
   if (!any_new) return;
   compared_ns_ = stamps_ns;

@@ -24,7 +24,7 @@ class RunStatistics {
   explicit RunStatistics(const Config& config);
 
   /// One cycle, in order.
-  /// @param motion  the path that is followed, once it is
+  /// @param motion  the path that is followed; nullptr where it is none but what an operator asks for
   void add(const rt::TraceRecord& record, const Motion* motion);
 
   /// Error of the tip when it was measured last, mm; nothing where it was not, on the path.
@@ -44,11 +44,11 @@ class RunStatistics {
  private:
   struct ModelPoint {
     int64_t stamp_ns;
-    rt::EffectorVector p_e;
+    rt::EffectorVector desired, p_e;
     rt::ActuatorVector lambda;
   };
 
-  void add_tip_error(const rt::TraceRecord& record, const Motion& motion);
+  void add_tip_error(const rt::TraceRecord& record, const Motion* motion);
   void add_effort_errors(const rt::TraceRecord& record);
   const ModelPoint& model_at(int64_t stamp_ns) const;
 

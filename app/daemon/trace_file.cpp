@@ -17,7 +17,7 @@ std::string cells(const double* coordinates, const std::vector<int>& axes) {
 
 /// Name of a phase in the trace: the way to the path and the path itself are told apart.
 const char* phase_name(const rt::TraceRecord& record, const Motion* motion) {
-  if (record.phase == rt::Phase::kRunning && (!motion || record.intended_ns < motion->path_start_ns()))
+  if (record.phase == rt::Phase::kRunning && motion && record.intended_ns < motion->path_start_ns())
     return "approach";
   return record.phase >= rt::Phase::kStopping ? "stop" : rt::name(record.phase);
 }

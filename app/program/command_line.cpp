@@ -107,6 +107,10 @@ Argument CommandLine::add(const std::string& name, std::vector<std::string>& val
   return Argument(*app_.add_option(name, value, help));
 }
 
+Argument CommandLine::add(const std::string& name, std::vector<double>& value, const std::string& help) {
+  return Argument(*app_.add_option(name, value, help)->check(kFinite));
+}
+
 Argument CommandLine::add_flag(const std::string& name, bool& value, const std::string& help) {
   return Argument(*app_.add_flag(name, value, help));
 }
@@ -116,6 +120,8 @@ CommandLine& CommandLine::add_command(const std::string& name, const std::string
   commands_.push_back(std::unique_ptr<CommandLine>(new CommandLine(*app_.add_subcommand(name, description))));
   return *commands_.back();
 }
+
+bool CommandLine::given() const { return app_.parsed(); }
 
 std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
   try {

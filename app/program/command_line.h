@@ -55,11 +55,15 @@ class CommandLine {
   Argument add(const std::string& name, std::optional<int>& value, const std::string& help);
   Argument add(const std::string& name, std::filesystem::path& value, const std::string& help);
   Argument add(const std::string& name, std::vector<std::string>& value, const std::string& help);
+  Argument add(const std::string& name, std::vector<double>& value, const std::string& help);
   /// Declares an option without a value: true where it is given.
   Argument add_flag(const std::string& name, bool& value, const std::string& help);
 
   /// Declares a command, one of which must then be given, with arguments of its own.
   CommandLine& add_command(const std::string& name, const std::string& description);
+
+  /// Whether this command was given, after parse().
+  bool given() const;
 
   /// @return  the exit code where the program shall end at once: after --help and --version, and for wrong
   ///          usage, which has been explained on stderr by then

@@ -63,6 +63,10 @@ tendril_layer_test(app/robot KNOWS app/robot/robot.h
                    MUST_NOT_KNOW app/plant/plant.h app/check/check_report.h app/daemon/daemon.h)
 tendril_layer_test(app/plant KNOWS app/plant/plant.h hal/sim/simulated_servo.h
                    MUST_NOT_KNOW app/check/check_report.h app/daemon/daemon.h)
+tendril_layer_test(app/operation KNOWS app/operation/control_server.h
+                   MUST_NOT_KNOW app/plant/plant.h app/daemon/daemon.h app/client/control_client.h)
+tendril_layer_test(app/client KNOWS app/client/control_client.h
+                   MUST_NOT_KNOW app/operation/control_server.h app/robot/robot.h app/daemon/daemon.h)
 tendril_layer_test(app/daemon KNOWS app/daemon/daemon.h
                    MUST_NOT_KNOW app/plant/plant.h app/check/check_report.h app/jog/jog.h hal/cia402/cia402.h
                                  hal/sim/simulated_servo.h)

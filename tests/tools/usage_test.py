@@ -91,10 +91,12 @@ class UsageTest(unittest.TestCase):
             "2/3 Test #2: hal: A bus is a bus ..............***Skipped   0.01 sec",
             "3/3 Test #3: qp: A passed problem is solved ...   Passed    0.01 sec",
         ]
+        runs = 2 if Path("/sys/class/net/vcan0").exists() else 1  # of ctest: on vcan0 where there is one
+        logs = ("release (build/release/test.log)", "release (build/release/vcan.log)")
         for lines, last in (
-            (said, "All but 2 of 6 tests passed (release), in "),  # once without a CAN interface, once with one
-            (said[::2], "All 4 tests passed (release), in "),
-            (said + ["ctest fails"], "FAILED: release (build/release/test.log), release (build/release/vcan.log); "),
+            (said, f"All but {runs} of {3 * runs} tests passed (release), in "),
+            (said[::2], f"All {2 * runs} tests passed (release), in "),
+            (said + ["ctest fails"], f"FAILED: {', '.join(logs[:runs])}; "),
         ):
             self.replace_programs("".join(f"echo '{line}'\n" for line in lines) + f"exit {int(len(lines) > 3)}\n")
             ended = self.run_command("test", "--quick")

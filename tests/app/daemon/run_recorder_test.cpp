@@ -113,16 +113,17 @@ TEST_CASE("The p95 of the tracking error is the least value that 95 % of the sam
   CHECK(error.at("max").get<double>() == Approx(1.0));
 }
 
-TEST_CASE("A sighting counts once, and only one on the path while the robot runs", "[unit]") {
+TEST_CASE("A sighting counts once, while the robot is on its path or goes where an operator wants it",
+          "[unit]") {
   Recording run;
   run.recorder.add(run.sighting(100, -50, 1), &run.motion);  // seen before the path began
   CHECK_FALSE(run.recorder.last_error_mm());
   for (const int ms : {200, 210, 220}) run.recorder.add(run.sighting(ms, 200, 0.002), &run.motion);
-  run.recorder.add(run.sighting(230, 230, 1), nullptr);  // no path
+  run.recorder.add(run.sighting(230, 230, 0.003), nullptr);  // to an operator's target
   rt::TraceRecord stopping = run.sighting(240, 240, 1);
   stopping.phase = rt::Phase::kStopping;
   run.recorder.add(stopping, &run.motion);
-  CHECK(run.finish().at("tracking_error_mm").at("samples") == 1);
+  CHECK(run.finish().at("tracking_error_mm").at("samples") == 2);
   const Trace trace = run.trace();
   std::string known;  // in which rows the sighting stands
   for (std::size_t row = 0; row < trace.rows.size(); ++row)
@@ -265,7 +266,8 @@ TEST_CASE("The way to the path and the path itself have phases of their own in t
   Recording run;
   const Motion motion(run.config, rt::EffectorVector::Zero(2),
                       {kStart_ns, rt::EffectorVector::Constant(2, 0.01)});  // 1414 ms away
-  for (const int ms : {0, 1400, 1430}) run.recorder.add(run.cycle(ms), ms == 0 ? nullptr : &motion);
+  for (const int ms : {0, 1400, 1430}) run.recorder.add(run.cycle(ms), &motion);
+  run.recorder.add(run.cycle(1435), nullptr);  // to an operator's target
   rt::TraceRecord disabling = run.cycle(1440);
   disabling.phase = rt::Phase::kDisabling;
   run.recorder.add(disabling, &motion);
@@ -274,7 +276,8 @@ TEST_CASE("The way to the path and the path itself have phases of their own in t
   CHECK(trace.cell(0, "phase") == "approach");
   CHECK(trace.cell(1, "phase") == "approach");
   CHECK(trace.cell(2, "phase") == "run");
-  CHECK(trace.cell(3, "phase") == "stop");
+  CHECK(trace.cell(3, "phase") == "run");
+  CHECK(trace.cell(4, "phase") == "stop");
 }
 
 TEST_CASE("The summary names the reason of a stop, then every fault with its cycles", "[unit]") {

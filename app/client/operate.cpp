@@ -1,0 +1,157 @@
+#include "app/client/operate.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "app/client/control_client.h"
+#include "app/program/exit_codes.h"
+#include "app/program/stop_signal.h"
+
+namespace tendril::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+const std::filesystem::path kSockets = "/run/tendril";
+
+/// The socket that is asked for, or the only one there is.
+std::filesystem::path socket_of(const OperateOptions& options) {
+  if (!options.socket.empty()) return options.socket;
+  std::vector<std::filesystem::path> found;
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(kSockets, none))
+    if (entry.path().extension() == ".sock") found.push_back(entry.path());
+  if (found.size() == 1) return found.front();
+  if (found.empty())
+    throw std::runtime_error(
+        fmt::format("no daemon listens in {}: say which socket with --socket, the same as tendrild was given",
+                    kSockets.string()));
+  std::vector<std::string> names;
+  for (const auto& path : found) names.push_back(path.string());
+  throw std::runtime_error(
+      fmt::format("several daemons run: choose one with --socket {}", fmt::join(names, " or ")));
+}
+
+/// Millimetres for a position, millilitres for a volume.
+std::string people_read(const std::string& coordinate, const ordered_json& value) {
+  if (value.is_null()) return "-";
+  const bool volume = coordinate.ends_with(".volume");
+  return fmt::format("{:.2f} {}", (volume ? 1e6 : 1e3) * value.get<double>(), volume ? "ml" : "mm");
+}
+
+std::string screen_of(const std::string& robot, const ordered_json& state) {
+  const auto control = state.at("control").is_null() ? "nobody" : state.at("control").get<std::string>();
+  std::string text =
+      fmt::format("{}  phase {}  mode {}  control: {}\n", robot, state.at("phase").get<std::string>(),
+                  state.at("mode").get<std::string>(), control);
+  text += fmt::format("{:20} {:>12} {:>12} {:>12}\n", "", "target", "model", "measured");
+  if (state.at("target").is_object())
+    for (const auto& [name, target] : state.at("target").items()) {
+      const ordered_json measured = state.at("measured").value(name, ordered_json());
+      text += fmt::format("{:20} {:>12} {:>12} {:>12}\n", name, people_read(name, target),
+                          people_read(name, state.at("model").at(name)),
+                          people_read(name, measured.is_null() ? measured : measured.at("value")));
+    }
+  text += fmt::format("{:20} {:>12} {:>12} {:>12}   (SI units)\n", "", "command", "measured", "effort");
+  for (const auto& [name, actuator] : state.at("actuators").items())
+    text += fmt::format("{:20} {:>12.5g} {:>12.5g} {:>12.5g}\n", name, actuator.at("command").get<double>(),
+                        actuator.at("displacement").get<double>(), actuator.at("effort").get<double>());
+  text += fmt::format(
+      "QP {} in {} iterations, snapshot {:.1f} ms old, {} of {} cycles late\n",
+      state.at("qp").at("status").is_null() ? "-" : state.at("qp").at("status").get<std::string>(),
+      state.at("qp").at("iterations").get<int>(), 1e3 * state.at("snapshot_age").get<double>(),
+      state.at("late_cycles").get<int64_t>(), state.at("cycles").get<int64_t>());
+  for (const auto& fault : state.at("faults")) text += fmt::format("fault: {}\n", fault.get<std::string>());
+  return text;
+}
+
+void print_state(const ControlClient& client, const OperateOptions& options, const ordered_json& state) {
+  if (options.json)
+    fmt::print("{}\n", state.dump());
+  else
+    fmt::print("{}", screen_of(client.greeting().at("robot").get<std::string>(), state));
+  std::fflush(stdout);
+}
+
+/// States as they come, until a stop signal.
+int watch(ControlClient& client, const OperateOptions& options) {
+  client.ask({{"command", "subscribe"}, {"rate", options.rate_hz}});
+  const bool screen = !options.json && ::isatty(STDOUT_FILENO);
+  while (!stop_signalled()) {
+    const ordered_json message = client.next();
+    if (!message.contains("state")) continue;
+    if (screen) fmt::print("\033[H\033[2J");
+    print_state(client, options, message.at("state"));
+  }
+  return kOk;
+}
+
+/// Waits until the target is reached by the one that is served, or the way is taken over by somebody else.
+void follow(ControlClient& client, const OperateOptions& options, const ordered_json& goal) {
+  client.ask({{"command", "subscribe"}, {"rate", 10}});
+  while (!stop_signalled()) {
+    const ordered_json message = client.next();
+    if (message.value("event", "") == "control_lost")
+      throw RequestRefused("another client has taken the control");
+    if (!message.contains("state")) continue;
+    const ordered_json& state = message.at("state");
+    if (state.at("phase") != "run") throw RequestRefused("the robot stops");
+    double left = 0;
+    for (const auto& [name, value] : goal.items())
+      left = std::max(left, std::abs(state.at("target").at(name).get<double>() - value.get<double>()));
+    if (left > 1e-7) continue;
+    print_state(client, options, state);
+    return;
+  }
+  client.ask({{"command", "hold"}});
+}
+
+void go_to(ControlClient& client, const OperateOptions& options) {
+  const auto names = client.greeting().at("coordinates").get<std::vector<std::string>>();
+  const std::string effector = names.front().substr(0, names.front().rfind('.') + 1);
+  std::vector<std::string> of_first;
+  for (const std::string& name : names)
+    if (name.starts_with(effector)) of_first.push_back(name);
+  if (options.position_mm.size() != of_first.size())
+    throw RequestRefused(
+        fmt::format("target needs {} values in mm: {}", of_first.size(), fmt::join(of_first, " ")));
+  ordered_json goal;
+  for (std::size_t k = 0; k < of_first.size(); ++k) goal[of_first[k]] = 1e-3 * options.position_mm[k];
+  ordered_json request{{"command", "target"}, {"position", goal}};
+  if (options.speed_mm_s) request["speed"] = 1e-3 * *options.speed_mm_s;
+  if (options.in_s) request["in"] = *options.in_s;
+  client.ask(request);
+  follow(client, options, goal);
+}
+
+}  // namespace
+
+int operate(const OperateOptions& options) {
+  ControlClient client(socket_of(options));
+  try {
+    if (options.command == "status" && !options.watch) {
+      print_state(client, options, client.ask({{"command", "status"}}).at("state"));
+      return kOk;
+    }
+    if (options.command == "status" || options.command == "monitor") return watch(client, options);
+    client.ask({{"command", "acquire"}, {"steal", options.steal}});
+    if (options.command == "target")
+      go_to(client, options);
+    else if (options.command == "speed")
+      client.ask({{"command", "set"}, {"path_rate", options.percent / 100}});
+    else
+      client.ask({{"command", options.command}});
+    if (options.command != "stop") client.ask({{"command", "release"}});
+    return kOk;
+  } catch (const RequestRefused& refusal) {
+    fmt::print(stderr, "tendrilctl: {}\n", refusal.what());
+    return kCheckFailed;
+  }
+}
+
+}  // namespace tendril::app

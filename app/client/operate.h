@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tendril::app {
+
+/// What `tendrilctl` is to ask of a running daemon.
+struct OperateOptions {
+  std::string command;               ///< status, monitor, target, play, pause, resume, hold, speed, stop
+  std::filesystem::path socket;      ///< empty: the only one in /run/tendril
+  std::vector<double> position_mm;   ///< of target: one a coordinate of the first effector
+  std::optional<double> speed_mm_s;  ///< of target
+  std::optional<double> in_s;        ///< of target
+  double percent = 100;              ///< of speed
+  double rate_hz = 10;               ///< of monitor
+  bool steal = false, watch = false, json = false;
+};
+
+/// Asks it, and prints the answer.
+/// @return  exit code: 0 done, 1 the daemon refused
+/// @throws std::runtime_error where no daemon answers
+/// Real-time: no.
+int operate(const OperateOptions& options);
+
+}  // namespace tendril::app

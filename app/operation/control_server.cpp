@@ -1,0 +1,187 @@
+#include "app/operation/control_server.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/robot/robot.h"
+#include "rt/periodic_clock.h"
+
+namespace tendril::app {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr double kDefaultSpeed = 0.05;  // m/s towards a target, where neither the request nor a path says one
+
+ordered_json error_of(const json& id, const RequestError& error) {
+  return {{"id", id}, {"ok", false}, {"error", {{"code", error.code()}, {"message", error.what()}}}};
+}
+
+/// How a line leaves: bytes that are no UTF-8, as a client may have put into its id, are replaced.
+std::string text_of(const ordered_json& message) {
+  return message.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+}  // namespace
+
+ControlServer::ControlServer(const std::filesystem::path& path, const Config& config, TargetSource& targets,
+                             rt::Requests& requests)
+    : config_(config), targets_(targets), requests_(requests), robot_(config), server_(path, *this) {
+  spdlog::info("operators connect to {}", path.string());
+}
+
+void ControlServer::serve() { server_.serve(); }
+
+void ControlServer::connected(int client) {
+  clients_[client] = {};
+  server_.send(client, text_of({{"tendril", TENDRIL_VERSION},
+                                {"version", kControlProtocol},
+                                {"robot", config_.robot},
+                                {"rate", config_.control.rate_hz},
+                                {"coordinates", robot_.coordinates()}}));
+}
+
+void ControlServer::received(int client, std::string_view line) {
+  ordered_json reply;
+  try {
+    const ControlRequest request = read_request(line, config_, robot_.coordinates());
+    reply = {{"id", request.id}, {"ok", true}};
+    try {
+      reply.update(answer(client, request));
+    } catch (const RequestError& error) {
+      reply = error_of(request.id, error);
+    }
+  } catch (const RequestError& error) {
+    reply = error_of(id_of(line), error);
+  }
+  server_.send(client, text_of(reply));
+}
+
+void ControlServer::too_long(int client) {
+  server_.send(client, text_of(error_of(nullptr, {"too_long", fmt::format("a line has at most {} bytes",
+                                                                          LineServer::kMaxLine)})));
+}
+
+void ControlServer::gone(int client) {
+  clients_.erase(client);
+  if (client != holder_) return;
+  holder_ = 0;
+  spdlog::info("control released: {} is gone", holder_peer_);
+}
+
+ordered_json ControlServer::answer(int client, const ControlRequest& request) {
+  const int64_t now_ns = rt::now_ns();
+  if (needs_control(request.command) && client != holder_)
+    throw RequestError("no_control", holder_ == 0 ? "acquire the control first"
+                                                  : holder_peer_ + " has the control; acquire it first");
+  switch (request.command) {
+    case Command::kStatus:
+      return {{"state", state()}};
+    case Command::kSubscribe: {
+      Subscription& subscription = clients_.at(client);
+      subscription.interval_ns = request.rate_hz > 0 ? std::llround(1e9 / request.rate_hz) : 0;
+      subscription.due_ns = now_ns;
+      return ordered_json::object();
+    }
+    case Command::kAcquire:
+      acquire(client, request.steal);
+      return ordered_json::object();
+    case Command::kRelease:
+      if (client != holder_) throw RequestError("no_control", "this client does not have the control");
+      holder_ = 0;
+      spdlog::info("control released by {}", server_.peer(client));
+      return ordered_json::object();
+    case Command::kStop:
+      spdlog::info("stop asked for by {}", server_.peer(client));
+      requests_.stop = true;
+      return ordered_json::object();
+    default:
+      break;
+  }
+  require_running();
+  switch (request.command) {
+    case Command::kTarget:
+      aim(request, now_ns);
+      break;
+    case Command::kPlay:
+      targets_.follow_path(now_ns);
+      break;
+    case Command::kPause:
+      targets_.pause(now_ns);
+      break;
+    case Command::kResume:
+      targets_.resume(now_ns);
+      break;
+    case Command::kHold:
+      targets_.hold(now_ns);
+      break;
+    case Command::kSet:
+      targets_.set_path_rate(now_ns, *request.path_rate);
+      break;
+    default:
+      break;
+  }
+  return {{"mode", name(targets_.mode())}};
+}
+
+void ControlServer::acquire(int client, bool steal) {
+  if (holder_ != 0 && holder_ != client && !steal)
+    throw RequestError("control_taken", holder_peer_ + " has the control; \"steal\": true takes it away");
+  if (holder_ != client) spdlog::info("control acquired by {}", server_.peer(client));
+  if (holder_ != 0 && holder_ != client) {
+    spdlog::warn("control taken away from {}", holder_peer_);
+    server_.send(holder_, text_of({{"event", "control_lost"}, {"to", server_.peer(client)}}));
+  }
+  holder_ = client;
+  holder_peer_ = server_.peer(client);
+}
+
+void ControlServer::require_running() const {
+  if (!targets_.begun() || last_.phase > rt::Phase::kRunning)
+    throw RequestError("not_running",
+                       fmt::format("the robot takes no targets in phase '{}'", rt::name(last_.phase)));
+}
+
+void ControlServer::aim(const ControlRequest& request, int64_t now_ns) {
+  const rt::EffectorVector from = targets_.wanted(now_ns);
+  rt::EffectorVector goal = from;
+  const auto rows = effector_rows(config_);
+  double way = 0;  // m, of the positions
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const auto k = static_cast<Eigen::Index>(r);
+    if (request.position[r]) goal[k] = *request.position[r];
+    if (rows[r].is_position()) way = std::hypot(way, goal[k] - from[k]);
+  }
+  const double speed = request.speed.value_or(config_.motion ? config_.motion->speed : kDefaultSpeed);
+  const double duration_s = request.in_s.value_or(way / speed);
+  targets_.aim(now_ns, goal, std::llround(1e9 * duration_s), request.velocity);
+}
+
+ordered_json ControlServer::state() const {
+  ordered_json state = robot_.describe(last_);
+  state["mode"] = name(targets_.mode());
+  state["path_rate"] = targets_.path_rate();
+  state["control"] = holder_ == 0 ? ordered_json() : ordered_json(holder_peer_);
+  return state;
+}
+
+void ControlServer::add(const rt::TraceRecord& record) {
+  last_ = record;
+  std::string line;
+  for (auto& [client, subscription] : clients_) {
+    if (subscription.interval_ns == 0 || record.intended_ns < subscription.due_ns) continue;
+    subscription.due_ns = std::max(subscription.due_ns + subscription.interval_ns,
+                                   record.intended_ns);  // the next cycle, where the rate is above the loop's
+    if (line.empty()) line = text_of({{"state", state()}});
+    if (subscription.dropped > 0 &&
+        server_.send(client, text_of({{"event", "states_dropped"}, {"count", subscription.dropped}})))
+      subscription.dropped = 0;
+    if (!server_.send(client, line)) ++subscription.dropped;
+  }
+}
+
+}  // namespace tendril::app

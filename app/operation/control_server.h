@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "app/config/config.h"
+#include "app/operation/control_request.h"
+#include "app/operation/line_server.h"
+#include "app/operation/robot_state.h"
+#include "app/operation/target_source.h"
+#include "rt/channels.h"
+#include "rt/trace_record.h"
+
+namespace tendril::app {
+
+/// Lets people and programs operate a running robot: answers requests on a UNIX socket, one JSON object a
+/// line, as docs/control-protocol.md describes them. One client has the control, all may watch. Real-time:
+/// no, for all of it.
+class ControlServer : private LineServer::Listener {
+ public:
+  /// Listens. Keeps references.
+  /// @param path      of the socket
+  /// @param targets   takes what the client with the control asks for
+  /// @param requests  takes its wish to stop
+  /// @throws std::runtime_error as LineServer
+  ControlServer(const std::filesystem::path& path, const Config& config, TargetSource& targets,
+                rt::Requests& requests);
+
+  /// Readable, as of poll(), where serve() has something to do.
+  int descriptor() const { return server_.descriptor(); }
+
+  /// Answers what has come.
+  void serve();
+
+  /// One cycle, in order: it goes to those who have asked for the state.
+  void add(const rt::TraceRecord& record);
+
+ private:
+  struct Subscription {
+    int64_t interval_ns = 0;  // 0: none
+    int64_t due_ns = 0;
+    uint64_t dropped = 0;  // states that the client did not read in time
+  };
+
+  void connected(int client) override;
+  void received(int client, std::string_view line) override;
+  void too_long(int client) override;
+  void gone(int client) override;
+
+  nlohmann::ordered_json answer(int client, const ControlRequest& request);
+  void acquire(int client, bool steal);
+  void aim(const ControlRequest& request, int64_t now_ns);
+  void require_running() const;
+  nlohmann::ordered_json state() const;
+
+  const Config& config_;
+  TargetSource& targets_;
+  rt::Requests& requests_;
+  RobotState robot_;
+  rt::TraceRecord last_;
+  std::map<int, Subscription> clients_;
+  int holder_ = 0;           // the client that has the control; 0: none
+  std::string holder_peer_;  // who that is
+  LineServer server_;
+};
+
+}  // namespace tendril::app

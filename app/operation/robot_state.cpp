@@ -1,0 +1,68 @@
+#include "app/operation/robot_state.h"
+
+#include <algorithm>
+
+#include "app/operation/coordinates.h"
+
+namespace tendril::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+}  // namespace
+
+RobotState::RobotState(const Config& config) : config_(config), coordinates_(coordinate_names(config)) {}
+
+ordered_json RobotState::by_coordinate(const double* values) const {
+  auto result = ordered_json::object();
+  for (std::size_t r = 0; r < coordinates_.size(); ++r) result[coordinates_[r]] = values[r];
+  return result;
+}
+
+/// What sensors told last, of effectors and of efforts, and when.
+ordered_json RobotState::measured(const rt::TraceRecord& record) const {
+  auto result = ordered_json::object();
+  std::size_t signal = 0;
+  for (std::size_t s = 0; s < config_.sensors.size(); ++s) {
+    const int64_t stamp_ns = record.sensors.stamp_ns[s];
+    for (const MeasuredConfig& measured : config_.sensors[s].measures) {
+      const double value = record.sensors.value[signal++];
+      const std::string name = measured.actuator >= 0
+                                   ? config_.actuators[measured.actuator].name + ".effort"
+                                   : config_.effectors[measured.effector].name + "." + "xyz"[measured.axis];
+      if (stamp_ns > 0)
+        // A sample that came after the intended wake-up is of this instant.
+        result[name] = {
+            {"value", value},
+            {"age", 1e-9 * static_cast<double>(std::max<int64_t>(0, record.intended_ns - stamp_ns))}};
+      else
+        result[name] = nullptr;
+    }
+  }
+  return result;
+}
+
+ordered_json RobotState::describe(const rt::TraceRecord& record) const {
+  const bool running = record.phase >= rt::Phase::kRunning;
+  ordered_json state;
+  state["time"] = 1e-9 * static_cast<double>(record.intended_ns);
+  state["phase"] = rt::name(record.phase);
+  state["target"] = running ? by_coordinate(record.desired.data()) : ordered_json();
+  state["model"] = running ? by_coordinate(record.p_e.data()) : ordered_json();
+  state["measured"] = measured(record);
+  state["actuators"] = ordered_json::object();
+  for (std::size_t a = 0; a < config_.actuators.size(); ++a)
+    state["actuators"][config_.actuators[a].name] = {
+        {"command", record.command[a]}, {"displacement", record.measured[a]}, {"effort", record.lambda[a]}};
+  state["qp"] = {{"status", record.qp_solved ? ordered_json(qp::name(record.qp_status)) : ordered_json()},
+                 {"iterations", record.qp_iterations}};
+  state["snapshot_age"] = 1e-9 * static_cast<double>(record.snapshot_age_ns);
+  state["cycles"] = record.cycles;
+  state["late_cycles"] = record.late_cycles;
+  state["faults"] = ordered_json::array();
+  for (const rt::FaultRule& rule : rt::kFaultTable)
+    if (record.faults.has(rule.fault)) state["faults"].push_back(rule.words);
+  return state;
+}
+
+}  // namespace tendril::app

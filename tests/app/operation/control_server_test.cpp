@@ -1,0 +1,196 @@
+#include "app/operation/control_server.h"
+
+#include <catch2/catch.hpp>
+
+#include "rt/periodic_clock.h"
+#include "tests/app/operation/line_client.h"
+#include "tests/app/robot_file.h"
+
+namespace tendril::app::control_server_test {
+
+using nlohmann::json;
+
+Config robot() {
+  Config config;
+  config.robot = "finger";
+  config.effectors = {{"tip", {}, {true, false, true}, {}, {1, 1}}};
+  config.actuators.resize(1);
+  config.actuators[0].name = "left";
+  config.motion = MotionConfig{{0, 0, 0.1}, {{0, 0, 0}, {0.03, 0, 0}}, 0.02, true};
+  return config;
+}
+
+/// A robot that runs, as far as the server can tell.
+struct Bench {
+  Bench() {
+    record.phase = rt::Phase::kRunning;
+    record.p_e = {0.001, 0.1};
+  }
+  void run() {
+    rt::EffectorVector p_e(2);
+    p_e << 0.001, 0.1;
+    targets.begin({rt::now_ns(), p_e});
+    server.add(record);
+  }
+
+  RobotFile folder{""};
+  std::filesystem::path path = folder.folder() / "robot.sock";
+  Config config = robot();
+  TargetSource targets{config, rt::EffectorVector::Zero(2)};
+  rt::Requests requests;
+  ControlServer server{path, config, targets, requests};
+  rt::TraceRecord record;
+};
+
+/// A client whose messages are read one by one.
+class Client {
+ public:
+  explicit Client(Bench& bench) : bench_(bench), client_(bench.path) { greeting = next(); }
+
+  /// The next message; null where there is none.
+  json next() {
+    for (int k = 0; k < 3; ++k) bench_.server.serve();
+    received_ += client_.receive();
+    const std::size_t end = received_.find('\n');
+    if (end == std::string::npos) return nullptr;
+    const json message = json::parse(received_.substr(0, end));
+    received_.erase(0, end + 1);
+    return message;
+  }
+  json ask(const json& request) {
+    client_.send(request.dump() + "\n");
+    return next();
+  }
+  /// The code of the refusal; "ok" where there is none.
+  std::string code(const json& request) {
+    const json answer = ask(request);
+    return answer.at("ok").get<bool>() ? "ok" : answer.at("error").at("code").get<std::string>();
+  }
+
+  json greeting;
+
+ private:
+  Bench& bench_;
+  LineClient client_;
+  std::string received_;
+};
+
+const json kGo{{"command", "target"}, {"position", {{"tip.x", 0.01}}}, {"in", 0}};
+
+TEST_CASE("A client is greeted with robot, version and coordinates, and answered by its own id", "[unit]") {
+  Bench bench;
+  Client client(bench);
+  CHECK(client.greeting.at("robot") == "finger");
+  CHECK(client.greeting.at("version") == kControlProtocol);
+  CHECK(client.greeting.at("coordinates") == json{"tip.x", "tip.z"});
+  const json answer = client.ask({{"id", {1, "b"}}, {"command", "status"}});
+  CHECK(answer.at("id") == json{1, "b"});
+  CHECK(answer.at("ok") == true);
+  CHECK(answer.at("state").at("mode") == "none");
+  CHECK(client.ask({{"id", 7}, {"command", "dance"}}).at("id") == 7);
+}
+
+TEST_CASE("One client has the control: others watch, or take it away, and the first is told", "[unit]") {
+  Bench bench;
+  bench.run();
+  Client first(bench), second(bench);
+  CHECK(first.code(kGo) == "no_control");
+  CHECK(bench.targets.mode() == TargetSource::Mode::kPath);  // as it was
+  CHECK(first.code({{"command", "acquire"}}) == "ok");
+  CHECK(first.code({{"command", "acquire"}}) == "ok");  // it has it already
+  CHECK(first.code(kGo) == "ok");
+  CHECK(second.code(kGo) == "no_control");
+  CHECK(second.code({{"command", "acquire"}}) == "control_taken");
+  CHECK(second.code({{"command", "release"}}) == "no_control");
+  CHECK(second.code({{"command", "status"}}) == "ok");
+  CHECK(second.code({{"command", "acquire"}, {"steal", true}}) == "ok");
+  CHECK(first.next().at("event") == "control_lost");
+  CHECK(first.code(kGo) == "no_control");
+  CHECK(second.code(kGo) == "ok");
+  CHECK(second.code({{"command", "release"}}) == "ok");
+  CHECK(first.code({{"command", "acquire"}}) == "ok");
+}
+
+TEST_CASE("A client that goes away gives the control back, and the robot stays at its last target",
+          "[unit]") {
+  Bench bench;
+  bench.run();
+  {
+    Client client(bench);
+    REQUIRE(client.code({{"command", "acquire"}}) == "ok");
+    REQUIRE(client.code(kGo) == "ok");
+  }
+  Client other(bench);
+  CHECK(other.code({{"command", "acquire"}}) == "ok");
+  CHECK(bench.targets.wanted(rt::now_ns() + 1'000'000'000)[0] == Approx(0.01));
+}
+
+TEST_CASE("A target leaves alone what it does not name, and goes at the speed that is asked for", "[unit]") {
+  Bench bench;
+  bench.run();
+  Client client(bench);
+  client.ask({{"command", "acquire"}});
+  client.ask({{"command", "hold"}});
+  const rt::EffectorVector from = bench.targets.wanted(rt::now_ns());
+  const int64_t before_ns = rt::now_ns();
+  CHECK(client.ask({{"command", "target"}, {"position", {{"tip.x", from[0] + 0.1}}}, {"speed", 0.001}})
+            .at("mode") == "target");
+  const double most_s = 1e-9 * static_cast<double>(rt::now_ns() + 1'000'000'000 - before_ns);
+  const rt::EffectorVector then = bench.targets.wanted(rt::now_ns() + 1'000'000'000);
+  CHECK(then[0] - from[0] >= 0.001);
+  CHECK(then[0] - from[0] <= 0.001 * most_s * 1.001 + 1e-6);
+  CHECK(then[1] == from[1]);
+}
+
+TEST_CASE("A robot that does not run takes no targets", "[unit]") {
+  Bench bench;
+  Client client(bench);
+  client.ask({{"command", "acquire"}});
+  CHECK(client.code(kGo) == "not_running");
+  bench.run();
+  CHECK(client.code(kGo) == "ok");
+  bench.record.phase = rt::Phase::kStopping;
+  bench.server.add(bench.record);
+  CHECK(client.code(kGo) == "not_running");
+}
+
+TEST_CASE("The path is played, paused and slowed by its commands, and the run ended", "[unit]") {
+  Bench bench;
+  bench.run();
+  Client client(bench);
+  client.ask({{"command", "acquire"}});
+  CHECK(client.ask({{"command", "pause"}}).at("mode") == "paused");
+  CHECK(client.ask({{"command", "resume"}}).at("mode") == "path");
+  CHECK(client.ask({{"command", "hold"}}).at("mode") == "hold");
+  CHECK(client.ask({{"command", "play"}}).at("mode") == "path");
+  CHECK(client.code({{"command", "set"}, {"path_rate", 0.25}}) == "ok");
+  CHECK(bench.targets.path_rate() == 0.25);
+  CHECK_FALSE(bench.requests.stop);
+  CHECK(client.code({{"command", "stop"}}) == "ok");
+  CHECK(bench.requests.stop);
+}
+
+TEST_CASE("States come at the rate asked for, and no more once it is 0", "[unit]") {
+  Bench bench;
+  bench.run();
+  Client client(bench);
+  client.ask({{"command", "subscribe"}, {"rate", 100}});
+  const int64_t start_ns = rt::now_ns();
+  for (int k = 1; k <= 600; ++k) {  // a second at 600 Hz
+    bench.record.intended_ns = start_ns + k * 1'000'000'000LL / 600;
+    bench.server.add(bench.record);
+  }
+  int states = 0;
+  double last_s = 0;
+  for (json message; !(message = client.next()).is_null(); ++states) {
+    CHECK(message.at("state").at("time").get<double>() > last_s);
+    last_s = message.at("state").at("time").get<double>();
+  }
+  CHECK((states == 100 || states == 101));  // the first comes at once
+  CHECK(client.code({{"command", "subscribe"}, {"rate", 0}}) == "ok");
+  bench.record.intended_ns += 1'000'000'000;
+  bench.server.add(bench.record);
+  CHECK(client.next().is_null());
+}
+
+}  // namespace tendril::app::control_server_test

@@ -1,0 +1,204 @@
+#!/usr/bin/python3
+"""A running robot is operated through its control socket: by tendrilctl, by the Python client, and by line noise."""
+
+import contextlib
+import faulthandler
+import json
+import math
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+from pathlib import Path
+
+import jsonschema
+
+ROOT = Path(__file__).resolve().parents[3]
+sys.path[:0] = [str(ROOT / "tests/peers"), str(ROOT / "app/client")]
+from bench import PATIENCE_S, Program, finger, wait_until
+from tendril import ControlLost, Refused, Robot
+
+DAEMON, PLANT, CTL = (sys.argv.pop(1) for _ in range(3))
+SCHEMA = jsonschema.Draft202012Validator(json.loads((ROOT / "docs/control-protocol.schema.json").read_text()))
+
+
+class CheckedRobot(Robot):
+    """The Python client, with every message held against the schema."""
+
+    def _ask(self, command, **more):
+        SCHEMA.validate({"id": 1, "version": 1, "command": command, **more})
+        return super()._ask(command, **more)
+
+    def _read(self):
+        message = super()._read()
+        SCHEMA.validate(message)
+        return message
+
+
+class OperateTest(unittest.TestCase):
+    """One robot for all tests of the class; each takes the control and leaves the robot where it wants."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.stack = contextlib.ExitStack()
+        folder = Path(cls.stack.enter_context(tempfile.TemporaryDirectory(prefix="tendril-operate-")))
+        cls.socket = folder / "finger.sock"
+        robot = folder / "finger.yaml"
+        robot.write_text(finger())
+        bus = f"local:{folder}/bus"
+        cls.plant = cls.stack.enter_context(Program([PLANT, robot, "--bus", bus], folder / "plant.log"))
+        cls.plant.wait_for("ready")
+        cls.daemon = cls.stack.enter_context(
+            Program([DAEMON, robot, "--bus", bus, "--allow-non-rt", "--socket", cls.socket], folder / "daemon.log")
+        )
+        cls.daemon.wait_for("phase: run")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.stack.close()
+
+    def robot(self):
+        return self.enterContext(CheckedRobot(self.socket, timeout=PATIENCE_S))
+
+    def ctl(self, *words):
+        return subprocess.run(
+            [CTL, *map(str, words), "--socket", self.socket], capture_output=True, text=True, timeout=PATIENCE_S, check=False
+        )
+
+    def comes_to(self, robot, goal):
+        """The first state in which target and model are at a goal."""
+        for state in robot.states(rate=100):
+            if all(abs(state[which][name] - value) < 1e-5 for which in ("target", "model") for name, value in goal.items()):
+                return state
+        raise AssertionError("unreachable")
+
+    def test_a_target_is_reached_by_the_model_and_nearly_by_the_robot(self):
+        robot = self.robot()
+        names = robot.coordinates
+        start = robot.status()["model"]
+        robot.acquire()
+        goal = {names[0]: start[names[0]] + 0.004}
+        robot.target(goal, speed=0.02)
+        state = self.comes_to(robot, goal)
+        self.assertEqual(state["mode"], "target")
+        self.assertIn("python", Path(f"/proc/{state['control'].split()[-1].strip(')')}/comm").read_text())
+        for name in names[1:]:
+            self.assertAlmostEqual(state["target"][name], start[name], delta=2e-3)
+
+        def seen():
+            measured = robot.status()["measured"].get(names[0])
+            return measured and abs(measured["value"] - goal[names[0]]) < 1.5e-3
+
+        wait_until(seen, "the tip near its target", [self.daemon, self.plant])
+
+    def test_a_stream_moves_the_robot_along_a_circle(self):
+        robot = self.robot()
+        robot.acquire()
+        robot.hold()
+        name = robot.coordinates[0]
+        middle = robot.status()["target"][name]
+        positions = [{name: middle + 0.002 * math.sin(2 * math.pi * k / 100)} for k in range(101)]
+        robot.stream(positions, rate=100)
+        self.comes_to(robot, positions[-1])
+
+    def test_a_client_that_dies_leaves_the_robot_at_its_last_target(self):
+        script = "import sys, time; sys.path.insert(0, sys.argv[1]); from tendril import Robot; r = Robot(sys.argv[2]); " \
+                 "r.acquire(); r.target({r.coordinates[0]: float(sys.argv[3])}, within=0.2); print('sent', flush=True); time.sleep(1000)"
+        watcher = self.robot()
+        name = watcher.coordinates[0]
+        goal = watcher.status()["model"][name] + 0.003
+        words = [sys.executable, "-c", script, ROOT / "app/client", self.socket, repr(goal)]
+        with subprocess.Popen(list(map(str, words)), stdout=subprocess.PIPE, text=True) as client:
+            self.assertEqual(client.stdout.readline(), "sent\n")
+            with self.assertRaises(Refused) as refusal:
+                watcher.acquire()
+            self.assertEqual(refusal.exception.code, "control_taken")
+            client.send_signal(signal.SIGKILL)
+        wait_until(lambda: watcher.status()["control"] is None, "the control to be free", [self.daemon])
+        self.comes_to(watcher, {name: goal})
+        watcher.acquire()
+
+    def test_the_control_can_be_taken_away(self):
+        first, second = self.robot(), self.robot()
+        first.acquire()
+        second.acquire(steal=True)
+        with self.assertRaises(ControlLost):
+            for _ in first.states(rate=100):
+                pass
+        with self.assertRaises(Refused):
+            first.hold()
+
+    def test_tendrilctl_shows_and_moves_the_robot(self):
+        shown = self.ctl("status")
+        self.assertEqual(shown.returncode, 0, shown.stderr)
+        self.assertIn("phase run", shown.stdout)
+        state = json.loads(self.ctl("status", "--json").stdout)
+        SCHEMA.validate({"state": state})
+        here = [1e3 * value for value in state["target"].values()]
+        moved = self.ctl("target", *(f"{value + 1:.4f}" for value in here[:1]), *(f"{value:.4f}" for value in here[1:]), "--in", "0.2")
+        self.assertEqual(moved.returncode, 0, moved.stderr)
+        self.assertIn("mode target", moved.stdout)
+        for command in (["hold"], ["pause"], ["resume"], ["speed", "50"]):
+            self.assertEqual(self.ctl(*command).returncode, 0, command)
+        refused = self.ctl("target", *(1e6 for _ in here))
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("outside control.workspace", refused.stderr)
+        self.assertEqual(self.ctl("target", "1").returncode, 1 if len(here) > 1 else 0)
+        robot = self.robot()
+        robot.acquire()
+        self.assertIn("has the control", self.ctl("hold").stderr)
+        self.assertEqual(self.ctl("hold", "--steal").returncode, 0)
+
+    def test_noise_and_floods_leave_the_robot_as_it_was(self):
+        robot = self.robot()
+        robot.acquire()
+        robot.hold()
+        before = next(robot.states())  # of a cycle after that
+        quit_ = threading.Event()
+
+        def flood(line):
+            with socket.socket(socket.AF_UNIX) as client:
+                client.connect(str(self.socket))
+                client.settimeout(0.1)
+                while not quit_.is_set():
+                    with contextlib.suppress(TimeoutError):  # it never reads
+                        client.sendall(100 * line)
+
+        lines = [b'{"command":"status"}\n', b'{"command":"target","position":{"tip.x":0}}\n', b"\xff\x00{\n", 20_000 * b"["]
+        threads = [threading.Thread(target=flood, args=[line]) for line in lines]
+        idle = [self.enterContext(socket.socket(socket.AF_UNIX)) for _ in range(10)]
+        for client in idle:
+            client.connect(str(self.socket))
+        for thread in threads:
+            thread.start()
+        try:
+            for _, state in zip(range(20), robot.states(rate=20)):
+                self.assertEqual(state["phase"], "run")
+                for name, value in before["target"].items():
+                    self.assertAlmostEqual(state["target"][name], value, delta=1e-9)
+        finally:
+            quit_.set()
+            for thread in threads:
+                thread.join()
+        self.assertEqual(robot.status()["mode"], "hold")
+
+    def test_zz_stop_ends_the_daemon_with_its_drives_off(self):
+        robot = self.robot()
+        self.assertEqual(self.ctl("stop").returncode, 0)
+        self.assertEqual(self.daemon.exit_code(), 0)
+        self.assertIn("drives disabled", self.daemon.said())
+        with self.assertRaises(ConnectionError):
+            while True:
+                robot.status()
+        self.assertFalse(self.socket.exists())
+        gone = self.ctl("status")
+        self.assertEqual(gone.returncode, 3)
+        self.assertIn("no daemon at", gone.stderr)
+
+
+if __name__ == "__main__":
+    faulthandler.dump_traceback_later(5 * PATIENCE_S, exit=True)  # says where a test hangs
+    unittest.main(verbosity=2)
