@@ -19,6 +19,7 @@
 #include "app/robot/model_thread.h"
 #include "app/robot/qp_budget.h"
 #include "app/robot/robot.h"
+#include "hal/bus/bus_lock.h"
 #include "hal/bus/open_bus.h"
 #include "hal/drive/drive_protocol.h"
 #include "hal/drive/supervisor.h"
@@ -53,8 +54,9 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   if (!options.report.empty()) recorder.emplace(config, options.report);
 
   auto master = hal::make_master(master_config(config));
-  const auto bus = hal::open_bus(options.bus.empty() ? config.bus.name : options.bus, hal::BusRole::kJoin,
-                                 master->identifiers());
+  const std::string& bus_name = options.bus.empty() ? config.bus.name : options.bus;
+  const hal::BusLock lock(bus_name);
+  const auto bus = hal::open_bus(bus_name, hal::BusRole::kJoin, master->identifiers());
   log_start(config, *bus);
   ControlStack stack(law, std::move(master), *bus);
   ModelThread model(*robot, config, *stack.channels);

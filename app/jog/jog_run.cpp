@@ -18,6 +18,7 @@
 #include "app/program/real_time_rights.h"
 #include "app/program/stop_signal.h"
 #include "app/robot/robot.h"
+#include "hal/bus/bus_lock.h"
 #include "hal/bus/open_bus.h"
 #include "hal/drive/drive_protocol.h"
 #include "hal/drive/supervisor.h"
@@ -153,8 +154,9 @@ int run_jog(const JogOptions& options) {
   lock_memory(options.allow_non_rt);
   const hal::MasterConfig drives = only_axis(master_config(config), index);
   const auto master = hal::make_master(drives);
-  const auto bus = hal::open_bus(options.bus.empty() ? config.bus.name : options.bus, hal::BusRole::kJoin,
-                                 master->identifiers());
+  const std::string& bus_name = options.bus.empty() ? config.bus.name : options.bus;
+  const hal::BusLock lock(bus_name);
+  const auto bus = hal::open_bus(bus_name, hal::BusRole::kJoin, master->identifiers());
   const auto channels = std::make_unique<rt::Channels>();
   rt::ControlLoop loop(*bus, *master, jog, *channels);
   JogDisplay display(channels->trace, actuator, !options.json);

@@ -295,7 +295,17 @@ TEST_CASE("Beside a running daemon a second one and a jog send nothing, and the 
   BusListener listener(bench.bus(), kNodes);
   Process first(bench.daemon());
   REQUIRE(first.says("phase: run"));
-  for (const auto& command : {bench.daemon(), bench.jog("left", {"--by", "1 mm"})}) {
+  // As from another machine, whose lock of the bus is another one: under another name of the same socket.
+  const std::string socket = bench.bus().substr(bench.bus().find(':') + 1), elsewhere = socket + "2";
+  std::filesystem::create_hard_link(socket, elsewhere);
+  for (auto command : {bench.daemon(), bench.jog("left", {"--by", "1 mm"})}) {
+    const Ended refused = run(command);
+    INFO(refused.out << refused.err);
+    CHECK(refused.code == 3);
+    CHECK_THAT(refused.err, Catch::Contains("another tendrild or tendrilctl (process ") &&
+                                Catch::Contains("controls its drives"));
+
+    std::replace(command.begin(), command.end(), bench.bus(), "local:" + elsewhere);
     const Ended later = run(command);
     INFO(later.out << later.err);
     CHECK(later.code == 1);
