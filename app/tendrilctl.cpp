@@ -45,7 +45,16 @@ void declare_operation(CommandLine& cli, OperateOptions& options,
   target.add("--in", options.in_s, "seconds for the way, instead of a speed")
       .within(0.0, 600.0)
       .excludes("--speed");
-  add("play", "follows the path of the robot file from its beginning", true);
+  CommandLine& play =
+      add("play",
+          "follows the path of the robot file from its beginning, or a trajectory: goes to its first point, "
+          "then along it, and ends with it; Ctrl-C holds the robot where it is.\n"
+          "Example: tendrilctl play circle.csv --loop --percent 50",
+          true);
+  play.add("FILE", options.trajectory,
+           "CSV with a header: t [s], then coordinates such as tip.x [mm]; without brackets in SI units");
+  play.add_flag("--loop", options.loop, "again and again, until Ctrl-C");
+  play.add("--percent", options.percent, "of the speed of the trajectory (default: 100)").within(0.1, 1000.0);
   add("pause", "lets time on the path stand still", true);
   add("resume", "goes on along the path", true);
   add("hold", "stays where the effectors are wanted now", true);

@@ -5,10 +5,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <thread>
 
 #include "app/client/control_client.h"
+#include "app/client/trajectory.h"
 #include "app/program/exit_codes.h"
 #include "app/program/stop_signal.h"
 
@@ -91,8 +94,9 @@ int watch(ControlClient& client, const OperateOptions& options) {
   return kOk;
 }
 
-/// Waits until the target is reached by the one that is served, or the way is taken over by somebody else.
-void follow(ControlClient& client, const OperateOptions& options, const ordered_json& goal) {
+/// Waits until the target that is served is at the goal.
+/// @return  the state then; nothing where a stop signal came first, after which the robot holds
+std::optional<ordered_json> follow(ControlClient& client, const ordered_json& goal) {
   client.ask({{"command", "subscribe"}, {"rate", 10}});
   while (!stop_signalled()) {
     const ordered_json message = client.next();
@@ -105,10 +109,11 @@ void follow(ControlClient& client, const OperateOptions& options, const ordered_
     for (const auto& [name, value] : goal.items())
       left = std::max(left, std::abs(state.at("target").at(name).get<double>() - value.get<double>()));
     if (left > 1e-7) continue;
-    print_state(client, options, state);
-    return;
+    client.ask({{"command", "subscribe"}, {"rate", 0}});
+    return state;
   }
   client.ask({{"command", "hold"}});
+  return std::nullopt;
 }
 
 void go_to(ControlClient& client, const OperateOptions& options) {
@@ -126,7 +131,51 @@ void go_to(ControlClient& client, const OperateOptions& options) {
   if (options.speed_mm_s) request["speed"] = 1e-3 * *options.speed_mm_s;
   if (options.in_s) request["in"] = *options.in_s;
   client.ask(request);
-  follow(client, options, goal);
+  if (const auto state = follow(client, goal)) print_state(client, options, *state);
+}
+
+ordered_json position_of(const Trajectory& trajectory, double t_s) {
+  const std::vector<double> point = trajectory.at(t_s);
+  ordered_json position;
+  for (std::size_t k = 0; k < point.size(); ++k) position[trajectory.names()[k]] = point[k];
+  return position;
+}
+
+void show_progress(double t_s, double duration_s) {
+  constexpr int kWidth = 40;
+  const int done = duration_s > 0 ? static_cast<int>(kWidth * t_s / duration_s) : kWidth;
+  fmt::print("\r[{:{}}] {:.1f} of {:.1f} s", std::string(static_cast<std::size_t>(done), '='), kWidth, t_s,
+             duration_s);
+  std::fflush(stdout);
+}
+
+/// Goes to the beginning of a trajectory, then streams it: each target is to be reached two periods after it
+/// is sent, so that one that is late is bridged.
+void play(ControlClient& client, const OperateOptions& options) {
+  constexpr double kPeriod_s = 0.01;
+  const Trajectory trajectory(options.trajectory,
+                              client.greeting().at("coordinates").get<std::vector<std::string>>());
+  const ordered_json start = position_of(trajectory, 0);
+  const bool closed = trajectory.at(trajectory.duration_s()) == trajectory.at(0);
+  const bool terminal = !options.json && ::isatty(STDOUT_FILENO);
+  const double rate = options.percent / 100;
+  for (bool first = true; (first || options.loop) && !stop_signalled(); first = false) {
+    if (first || !closed) {
+      client.ask({{"command", "target"}, {"position", start}});
+      if (!follow(client, start)) return;
+    }
+    const auto begin = std::chrono::steady_clock::now();
+    for (double t_s = 0; t_s < trajectory.duration_s() && !stop_signalled();) {
+      std::this_thread::sleep_for(std::chrono::duration<double>(kPeriod_s));
+      t_s = rate * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      client.ask({{"command", "target"},
+                  {"position", position_of(trajectory, t_s + 2 * rate * kPeriod_s)},
+                  {"in", 2 * kPeriod_s}});
+      if (terminal) show_progress(std::min(t_s, trajectory.duration_s()), trajectory.duration_s());
+    }
+  }
+  if (stop_signalled()) client.ask({{"command", "hold"}});
+  if (terminal) fmt::print("\n");
 }
 
 }  // namespace
@@ -142,6 +191,8 @@ int operate(const OperateOptions& options) {
     client.ask({{"command", "acquire"}, {"steal", options.steal}});
     if (options.command == "target")
       go_to(client, options);
+    else if (options.command == "play" && !options.trajectory.empty())
+      play(client, options);
     else if (options.command == "speed")
       client.ask({{"command", "set"}, {"path_rate", options.percent / 100}});
     else

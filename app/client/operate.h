@@ -14,7 +14,9 @@ struct OperateOptions {
   std::vector<double> position_mm;   ///< of target: one a coordinate of the first effector
   std::optional<double> speed_mm_s;  ///< of target
   std::optional<double> in_s;        ///< of target
-  double percent = 100;              ///< of speed
+  std::filesystem::path trajectory;  ///< of play; empty: the path of the robot file
+  bool loop = false;                 ///< of play: again and again
+  double percent = 100;              ///< of speed, and of play with a trajectory
   double rate_hz = 10;               ///< of monitor
   bool steal = false, watch = false, json = false;
 };

@@ -152,6 +152,22 @@ class OperateTest(unittest.TestCase):
         self.assertIn("has the control", self.ctl("hold").stderr)
         self.assertEqual(self.ctl("hold", "--steal").returncode, 0)
 
+    def test_a_trajectory_is_played_to_its_end(self):
+        robot = self.robot()
+        name = robot.coordinates[0]
+        middle = 1e3 * robot.status()["target"][name]
+        way = self.socket.parent / "way.csv"
+        way.write_text(f"t [s], {name} [mm]\n0, {middle}\n0.3, {middle + 2}\n0.8, {middle - 1}\n")
+        played = self.ctl("play", way, "--percent", 200)
+        self.assertEqual(played.returncode, 0, played.stderr)
+        self.comes_to(robot, {name: 1e-3 * (middle - 1)})
+        way.write_text(f"t [s], {name} [mm]\n0, {middle}\n1, 1e6\n")
+        refused = self.ctl("play", way)
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("outside control.workspace", refused.stderr)
+        way.write_text("t, knee\n0, 0\n")
+        self.assertEqual(self.ctl("play", way).returncode, 2)
+
     def test_noise_and_floods_leave_the_robot_as_it_was(self):
         robot = self.robot()
         robot.acquire()
