@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
+#include <optional>
 
 #include "app/check/check_report.h"
 #include "app/config/load_config.h"
@@ -11,6 +12,7 @@
 #include "app/program/output.h"
 #include "app/program/stop_signal.h"
 #include "app/robot/bus_check.h"
+#include "app/simulation/simulation.h"
 
 int main(int argc, char** argv) {
   using namespace tendril;
@@ -26,6 +28,7 @@ int main(int argc, char** argv) {
       "lacks something (rights, bus)."};
   std::string file;
   bool check = false, json = false, dbc = false;
+  std::optional<double> simulated_s, model_rate_hz;
   app::DaemonOptions options;
   cli.add("CONFIG", file, "the robot: a YAML file, see docs/robot-file.md").required();
   cli.add("--bus", options.bus, "CAN interface, or local:PATH; replaces bus.name of the file");
@@ -39,9 +42,18 @@ int main(int argc, char** argv) {
   cli.add_flag(
       "--allow-non-rt", options.allow_non_rt,
       "run without SCHED_FIFO and locked memory where they are refused; for trying out, not for a robot");
+  cli.add("--simulate", simulated_s,
+          "run robot and simulated body for so many seconds of virtual time, as fast as this machine can, "
+          "with the same "
+          "numbers on every run, and end; takes no bus")
+      .within(0.1, 1e6);
+  cli.add("--model-rate", model_rate_hz, "with --simulate: refreshes of the model a second (default: 60)")
+      .needs("--simulate")
+      .within(1.0, 10'000.0);
   cli.add_flag("--check", check, "verify everything that needs no bus, say what was found, and end");
   cli.add_flag("--dbc", dbc, "print a DBC file of every frame of this robot's bus, for CAN tools, and end")
-      .excludes("--check");
+      .excludes("--check")
+      .excludes("--simulate");
   cli.add_flag("--json", json, "with --check: one line of JSON").needs("--check");
   if (const auto code = cli.parse(argc, argv)) return *code;
 
@@ -53,6 +65,7 @@ int main(int argc, char** argv) {
       fmt::print("{}", app::bus_dbc(config));
       return static_cast<int>(app::kOk);
     }
+    if (simulated_s) return app::simulate(config, {*simulated_s, model_rate_hz.value_or(60), options.report});
     if (const char* folder = std::getenv("RUNTIME_DIRECTORY"); folder && options.socket.empty())
       options.socket = std::filesystem::path(folder) / (config.file.stem().string() + ".sock");
     return check ? app::check_robot(config, json) : app::run_daemon(config, options);

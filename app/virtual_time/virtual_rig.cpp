@@ -57,6 +57,11 @@ void VirtualRig::run_for(double seconds) {
   while (now_ns_ < end_ns) step();
 }
 
+void VirtualRig::forget_trace() {
+  trace_.clear();
+  measurements_.erase(measurements_.begin(), measurements_.end() - 1);  // the drives need the last one
+}
+
 bool VirtualRig::run_until(rt::Phase wanted, double seconds) {
   const int64_t end_ns = now_ns_ + std::llround(1e9 * seconds);
   while (now_ns_ < end_ns && phase() < wanted) step();
@@ -142,6 +147,7 @@ void VirtualRig::control() {
   late_in_a_row_ = late ? late_in_a_row_ + 1 : 0;
   if (late) --overruns_;
   trace_.push_back(record);
+  phase_ = record.phase;
   if (config_.motion && stack_.channels->run_starts.fresh())
     motion_.emplace(config_, rest_, stack_.channels->run_starts.latest());
   if (refresh_due_) begin_refresh();

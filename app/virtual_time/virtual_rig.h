@@ -53,12 +53,21 @@ class VirtualRig {
   bool run_until(rt::Phase phase, double seconds);
 
   int64_t now_ns() const { return now_ns_; }
-  rt::Phase phase() const { return trace_.empty() ? rt::Phase::kConnecting : trace_.back().phase; }
+  rt::Phase phase() const { return phase_; }
   const std::vector<rt::TraceRecord>& trace() const { return trace_; }  ///< every cycle so far
   const std::vector<PlantMeasurement>& measurements() const {
     return measurements_;
   }                                                                ///< after every time step
   const std::optional<Motion>& motion() const { return motion_; }  ///< once the controller runs
+  /// Forgets the trace and the measurements so far, but for the last measurement, so that a long run needs no
+  /// more memory than a short one.
+  void forget_trace();
+
+  /// As ControlStack::stop_reason().
+  std::string stop_reason() const { return stack_.stop_reason(config_); }
+  int nodes() const { return robot_->model.mesh().node_count(); }
+  int tetrahedra() const { return robot_->model.mesh().tet_count(); }
+
   const rt::Controller& controller() const { return stack_.controller; }
   const hal::DriveMaster& master() const { return *stack_.master; }
   PlantDisplacements displacements() const { return drives_.displacements(); }
@@ -117,6 +126,7 @@ class VirtualRig {
   int overruns_ = 0, late_in_a_row_ = 0;
   std::vector<Event> events_;  // a tie is served in this order
   std::vector<rt::TraceRecord> trace_;
+  rt::Phase phase_ = rt::Phase::kConnecting;  // of the last cycle
   std::vector<PlantMeasurement> measurements_;
   rt::EffectorVector rest_;  // where effectors that do not move stay
   std::optional<Motion> motion_;
