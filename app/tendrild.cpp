@@ -9,8 +9,11 @@
 #include "app/program/command_line.h"
 #include "app/program/exit_codes.h"
 #include "app/program/output.h"
+#include "app/program/report_pictures.h"
 #include "app/program/stop_signal.h"
+#include "app/robot/body.h"
 #include "app/robot/bus_check.h"
+#include "app/robot/robot_geometry.h"
 
 int main(int argc, char** argv) {
   using namespace tendril;
@@ -25,6 +28,7 @@ int main(int argc, char** argv) {
       "the machine "
       "lacks something (rights, bus)."};
   std::string file;
+  std::filesystem::path picture;
   bool check = false, json = false, dbc = false;
   app::DaemonOptions options;
   cli.add("CONFIG", file, "the robot: a YAML file, see docs/robot-file.md").required();
@@ -42,6 +46,9 @@ int main(int argc, char** argv) {
   cli.add_flag("--check", check, "verify everything that needs no bus, say what was found, and end");
   cli.add_flag("--dbc", dbc, "print a DBC file of every frame of this robot's bus, for CAN tools, and end")
       .excludes("--check");
+  cli.add("--picture", picture, "with --check: draw the robot into this file, .png, .svg or .html")
+      .ending_in({".png", ".svg", ".html"})
+      .needs("--check");
   cli.add_flag("--json", json, "with --check: one line of JSON").needs("--check");
   if (const auto code = cli.parse(argc, argv)) return *code;
 
@@ -55,6 +62,8 @@ int main(int argc, char** argv) {
     }
     if (const char* folder = std::getenv("RUNTIME_DIRECTORY"); folder && options.socket.empty())
       options.socket = std::filesystem::path(folder) / (config.file.stem().string() + ".sock");
+    // Before the check, since it is most wanted where something does not hold.
+    if (!picture.empty()) app::draw_robot(app::robot_geometry(config, app::load_mesh(config)), picture);
     return check ? app::check_robot(config, json) : app::run_daemon(config, options);
   });
 }

@@ -22,6 +22,13 @@ plt.rcParams.update({
     "figure.constrained_layout.use": True})
 
 
+def colours_of(actuators):
+    """A colour for each of so many actuators, the same one in every picture."""
+    if actuators <= len(ACTUATORS):
+        return ACTUATORS[:actuators]
+    return plt.get_cmap("viridis")(np.linspace(0, 0.95, actuators))
+
+
 def thinned(*columns):
     """Every n-th row of all columns, with the smallest n that leaves few enough to draw."""
     step = max(1, -(-len(columns[0]) // MOST_POINTS))
@@ -133,7 +140,7 @@ def commands(trace):
     names = list(trace.actuators)
     kinds = [units for units in (METRES, VOLUMES) if units in trace.actuators.values()]
     few = len(names) <= len(ACTUATORS)
-    colours = ACTUATORS if few else plt.get_cmap("viridis")(np.linspace(0, 0.95, len(names)))
+    colours = colours_of(len(names))
     rows_of_legend = -(-len(names) // 8)
     figure, axes = column_of_panels(3 * len(kinds), 8 * len(kinds) + 0.25 * rows_of_legend)
     t = trace["t_s"]
