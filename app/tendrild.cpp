@@ -10,8 +10,11 @@
 #include "app/program/command_line.h"
 #include "app/program/exit_codes.h"
 #include "app/program/output.h"
+#include "app/program/report_pictures.h"
 #include "app/program/stop_signal.h"
+#include "app/robot/body.h"
 #include "app/robot/bus_check.h"
+#include "app/robot/robot_geometry.h"
 #include "app/simulation/simulation.h"
 
 int main(int argc, char** argv) {
@@ -27,6 +30,7 @@ int main(int argc, char** argv) {
       "the machine "
       "lacks something (rights, bus)."};
   std::string file;
+  std::filesystem::path picture;
   bool check = false, json = false, dbc = false;
   std::optional<double> simulated_s, model_rate_hz;
   app::DaemonOptions options;
@@ -42,18 +46,25 @@ int main(int argc, char** argv) {
   cli.add_flag(
       "--allow-non-rt", options.allow_non_rt,
       "run without SCHED_FIFO and locked memory where they are refused; for trying out, not for a robot");
+  cli.add_flag("--check", check, "verify everything that needs no bus, say what was found, and end");
+  cli.add_flag("--dbc", dbc, "print a DBC file of every frame of this robot's bus, for CAN tools, and end")
+      .excludes("--check");
   cli.add("--simulate", simulated_s,
           "run robot and simulated body for so many seconds of virtual time, as fast as this machine can, "
           "with the same "
           "numbers on every run, and end; takes no bus")
-      .within(0.1, 1e6);
+      .within(0.1, 1e6)
+      .excludes("--check")
+      .excludes("--dbc")
+      .excludes("--bus")
+      .excludes("--duration")
+      .excludes("--socket");
   cli.add("--model-rate", model_rate_hz, "with --simulate: refreshes of the model a second (default: 60)")
       .needs("--simulate")
       .within(1.0, 10'000.0);
-  cli.add_flag("--check", check, "verify everything that needs no bus, say what was found, and end");
-  cli.add_flag("--dbc", dbc, "print a DBC file of every frame of this robot's bus, for CAN tools, and end")
-      .excludes("--check")
-      .excludes("--simulate");
+  cli.add("--picture", picture, "with --check: draw the robot into this file, .png, .svg or .html")
+      .ending_in({".png", ".svg", ".html"})
+      .needs("--check");
   cli.add_flag("--json", json, "with --check: one line of JSON").needs("--check");
   if (const auto code = cli.parse(argc, argv)) return *code;
 
@@ -68,6 +79,8 @@ int main(int argc, char** argv) {
     if (simulated_s) return app::simulate(config, {*simulated_s, model_rate_hz.value_or(60), options.report});
     if (const char* folder = std::getenv("RUNTIME_DIRECTORY"); folder && options.socket.empty())
       options.socket = std::filesystem::path(folder) / (config.file.stem().string() + ".sock");
+    // Before the check, since it is most wanted where something does not hold.
+    if (!picture.empty()) app::draw_robot(app::robot_geometry(config, app::load_mesh(config)), picture);
     return check ? app::check_robot(config, json) : app::run_daemon(config, options);
   });
 }

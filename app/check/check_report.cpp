@@ -110,7 +110,8 @@ void report_cavities(const Config& config, const fem::Model& model, Report& repo
   report.json["cavities"] = nlohmann::ordered_json::array();
   std::string text;
   const auto add = [&](const std::string& name, const RegionConfig& region) {
-    const double volume_ml = 1e6 * fem::enclosed_volume(model.mesh(), wall(model, config, region, name));
+    const double volume_ml =
+        1e6 * fem::enclosed_volume(model.mesh(), wall(model.mesh(), config, region, name));
     report.json["cavities"].push_back({{"name", name}, {"volume_at_rest_ml", volume_ml}});
     text += fmt::format("{}{} {:.4g} ml", text.empty() ? "" : ", ", name, volume_ml);
   };

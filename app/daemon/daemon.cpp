@@ -19,6 +19,7 @@
 #include "app/robot/model_thread.h"
 #include "app/robot/qp_budget.h"
 #include "app/robot/robot.h"
+#include "app/robot/robot_geometry.h"
 #include "hal/bus/bus_lock.h"
 #include "hal/bus/open_bus.h"
 #include "hal/drive/drive_protocol.h"
@@ -101,6 +102,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
                       .bus_dropped = bus->dropped(),
                       .stop_reason = reason},
                      counts);
+    recorder->add_geometry(robot_geometry(config, robot->model.mesh()));
     draw_report(options.report);
   }
   return reason.empty() ? 0 : 1;

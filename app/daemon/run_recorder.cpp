@@ -27,6 +27,19 @@ nlohmann::json microseconds(const rt::Histogram& histogram) {
   return result;
 }
 
+/// @return  whether all of it is written
+bool write_text(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream out(file);
+  out << text << '\n';
+  out.close();
+  return bool(out);
+}
+
+std::runtime_error incomplete(const std::filesystem::path& directory) {
+  return std::runtime_error(
+      fmt::format("{}: the report could not be written in full; is the disk full?", directory.string()));
+}
+
 }  // namespace
 
 RunRecorder::RunRecorder(const Config& config, const std::filesystem::path& directory)
@@ -71,12 +84,12 @@ void RunRecorder::finish(const RunFacts& facts, const rt::LoopCounts& counts) {
   if (!facts.stop_reason.empty()) summary["faults"].push_back(facts.stop_reason);
   summary["warnings"] = statistics_.warnings();
 
-  std::ofstream out(directory_ / "summary.json");
-  out << summary.dump(2) << '\n';
-  out.close();
-  if (!trace_complete || !out)
-    throw std::runtime_error(
-        fmt::format("{}: the report could not be written in full; is the disk full?", directory_.string()));
+  const bool written = write_text(directory_ / "summary.json", summary.dump(2));
+  if (!trace_complete || !written) throw incomplete(directory_);
+}
+
+void RunRecorder::add_geometry(const std::string& geometry) {
+  if (!write_text(directory_ / "robot.json", geometry)) throw incomplete(directory_);
 }
 
 }  // namespace tendril::app

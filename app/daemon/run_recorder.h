@@ -49,6 +49,11 @@ class RunRecorder {
   /// @throws std::runtime_error where not all could be written
   void finish(const RunFacts& facts, const rt::LoopCounts& counts);
 
+  /// Writes DIR/robot.json.
+  /// @param geometry  of robot_geometry()
+  /// @throws std::runtime_error where not all could be written
+  void add_geometry(const std::string& geometry);
+
  private:
   const Config& config_;
   std::filesystem::path directory_;

@@ -1,6 +1,7 @@
 #include "app/program/command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -47,6 +48,17 @@ Argument& Argument::within(double least, double greatest) {
 
 Argument& Argument::one_of(const std::vector<std::string>& words) {
   option_.check(CLI::IsMember(words));
+  return *this;
+}
+
+Argument& Argument::ending_in(const std::vector<std::string>& endings) {
+  option_.check(CLI::Validator(
+      [endings](const std::string& name) {
+        const auto ends = [&name](const std::string& ending) { return name.ends_with(ending); };
+        if (std::ranges::any_of(endings, ends)) return std::string();
+        return "must end in " + CLI::detail::join(endings, " or ") + ", not be '" + name + "'";
+      },
+      ""));
   return *this;
 }
 

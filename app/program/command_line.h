@@ -27,6 +27,8 @@ class CommandLine {
     Argument& within(int least, int greatest);
     Argument& within(double least, double greatest);
     Argument& one_of(const std::vector<std::string>& words);
+    /// Of a file's name.
+    Argument& ending_in(const std::vector<std::string>& endings);
     /// One value each time that the option is given.
     Argument& repeatable();
     /// Several values at once, parted by commas.

@@ -10,25 +10,6 @@ namespace {
 
 using Names = std::map<std::string, std::vector<int>>;
 
-fem::Mesh load_mesh(const Config& config) {
-  fem::Mesh mesh;
-  const auto refuse_mesh = [&](const std::string& what) {
-    refuse(config, config.mesh.line, fmt::format("mesh.file: {}", what));
-  };
-  try {
-    mesh = fem::read_mesh(config.mesh.file, config.mesh.unit);
-  } catch (const fem::MeshError& error) {  // names the mesh file itself
-    refuse_mesh(error.what());
-  }
-  mesh.nodes = (config.mesh.rotation * mesh.nodes).colwise() + config.mesh.translation;
-  try {
-    fem::check(mesh);
-  } catch (const fem::MeshError& error) {
-    refuse_mesh(fmt::format("{}: {}", config.mesh.file.string(), error.what()));
-  }
-  return mesh;
-}
-
 /// The nodes, or the tetrahedra, of a region, at least one.
 /// @param names  those that the mesh gives
 /// @param in     what of the mesh lies in a space
@@ -52,12 +33,6 @@ std::vector<int> members(const Config& config, const RegionConfig& region, const
                      kind[0] == 'n' ? "region" : "volume", config.mesh.file.filename().string(),
                      known.empty() ? "it has none; use a box or a sphere"
                                    : fmt::format("{}", fmt::join(known, ", "))));
-}
-
-std::vector<int> nodes_of(const Config& config, const fem::Mesh& mesh, const RegionConfig& region,
-                          const std::string& key) {
-  const auto in = [&](const fem::Space& space) { return fem::nodes_in(mesh, space); };
-  return members(config, region, key, mesh.regions, in, "node");
 }
 
 /// For each tetrahedron its place among the materials.
@@ -107,6 +82,31 @@ BodyMaterials plant_materials(const Config& config) {
   return result;
 }
 
+fem::Mesh load_mesh(const Config& config) {
+  fem::Mesh mesh;
+  const auto refuse_mesh = [&](const std::string& what) {
+    refuse(config, config.mesh.line, fmt::format("mesh.file: {}", what));
+  };
+  try {
+    mesh = fem::read_mesh(config.mesh.file, config.mesh.unit);
+  } catch (const fem::MeshError& error) {  // names the mesh file itself
+    refuse_mesh(error.what());
+  }
+  mesh.nodes = (config.mesh.rotation * mesh.nodes).colwise() + config.mesh.translation;
+  try {
+    fem::check(mesh);
+  } catch (const fem::MeshError& error) {
+    refuse_mesh(fmt::format("{}: {}", config.mesh.file.string(), error.what()));
+  }
+  return mesh;
+}
+
+std::vector<int> nodes_of(const Config& config, const fem::Mesh& mesh, const RegionConfig& region,
+                          const std::string& key) {
+  const auto in = [&](const fem::Space& space) { return fem::nodes_in(mesh, space); };
+  return members(config, region, key, mesh.regions, in, "node");
+}
+
 fem::Model build_body(const Config& config, const BodyMaterials& materials,
                       const std::vector<LoadConfig>& loads) {
   const fem::Mesh mesh = load_mesh(config);
@@ -114,7 +114,8 @@ fem::Model build_body(const Config& config, const BodyMaterials& materials,
   const auto of_tet = material_of_tets(config, mesh);
   try {
     fem::Model model(mesh, materials.materials, of_tet, materials.mass, fixed, config.gravity);
-    for (const LoadConfig& load : loads) model.add_load(attach(model, config, load.at, "loads"), load.force);
+    for (const LoadConfig& load : loads)
+      model.add_load(attach(model.mesh(), config, load.at, "loads"), load.force);
     return model;
   } catch (const fem::MeshError& error) {
     refuse(config, config.fixed.line, fmt::format("fixed: {}", error.what()));
@@ -123,21 +124,21 @@ fem::Model build_body(const Config& config, const BodyMaterials& materials,
   }
 }
 
-fem::Attachment attach(const fem::Model& model, const Config& config, const PointConfig& point,
+fem::Attachment attach(const fem::Mesh& mesh, const Config& config, const PointConfig& point,
                        const std::string& key) {
   try {
-    return fem::attach(model.mesh(), point.at, config.snap);
+    return fem::attach(mesh, point.at, config.snap);
   } catch (const fem::MeshError& error) {
     refuse(config, point.line,
            fmt::format("{}: {}; move it there or allow more with 'snap'", key, error.what()));
   }
 }
 
-std::vector<fem::Face> wall(const fem::Model& model, const Config& config, const RegionConfig& region,
+std::vector<fem::Face> wall(const fem::Mesh& mesh, const Config& config, const RegionConfig& region,
                             const std::string& key) {
-  const auto nodes = nodes_of(config, model.mesh(), region, key);
+  const auto nodes = nodes_of(config, mesh, region, key);
   try {
-    return fem::closed_surface(model.mesh(), nodes);
+    return fem::closed_surface(mesh, nodes);
   } catch (const fem::MeshError& error) {
     refuse(config, region.line, fmt::format("{}: {}", key, error.what()));
   }

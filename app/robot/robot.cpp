@@ -6,50 +6,22 @@
 #include <limits>
 
 #include "app/robot/body.h"
+#include "app/robot/place.h"
 
 namespace tendril::app {
 namespace {
 
-/// Where a robot file says what an actuator or effector is attached to.
-struct Place {
-  const char* key;
-  int line;
-};
-
-Place place_of(const CableConfig& cable) { return {"cable", cable.points.front().line}; }
-Place place_of(const RodConfig& rod) { return {"rod", rod.from.line}; }
-Place place_of(const ForceConfig& force) { return {"push", force.at.line}; }
-Place place_of(const CavityConfig& filled) { return {"cavity", filled.region.line}; }
-Place place_of(const ActuatorConfig& actuator) {
-  return std::visit([](const auto& kind) { return place_of(kind); }, actuator.kind);
-}
-Place place_of(const EffectorConfig& effector) {
-  if (effector.cavity) return {"cavity", effector.cavity->line};
-  return {effector.points.size() == 1 ? "point" : "points", effector.points.front().line};
-}
-
-/// A key for messages: "actuators[0].cable (left)".
-std::string key_of(const char* list, int index, const char* key, const std::string& name) {
-  return fmt::format("{}[{}].{} ({})", list, index, key, name);
-}
-std::string actuator_key(const Config& config, int index, const char* key) {
-  return key_of("actuators", index, key, config.actuators[index].name);
-}
-std::string effector_key(const Config& config, int index, const char* key) {
-  return key_of("effectors", index, key, config.effectors[index].name);
-}
-
 /// What attaches the parts of one actuator or effector to a body.
 struct Attacher {
-  const fem::Model& model;
+  const fem::Mesh& mesh;
   const Config& config;
   std::string key;  // for messages
 
-  fem::Attachment at(const PointConfig& point) const { return attach(model, config, point, key); }
+  fem::Attachment at(const PointConfig& point) const { return attach(mesh, config, point, key); }
   fem::CablePoint end(const PointConfig& point) const {
     return point.on_body ? fem::CablePoint(at(point)) : fem::CablePoint(point.at);
   }
-  std::vector<fem::Face> cavity(const RegionConfig& region) const { return wall(model, config, region, key); }
+  std::vector<fem::Face> cavity(const RegionConfig& region) const { return wall(mesh, config, region, key); }
 
   fem::Actuator operator()(const CableConfig& cable) const {
     fem::Cable attached;
@@ -85,7 +57,7 @@ std::vector<fem::Actuator> attach_actuators(const fem::Model& body, const Config
   std::vector<fem::Actuator> result;
   for (int a = 0; a < static_cast<int>(config.actuators.size()); ++a) {
     const ActuatorConfig& actuator = config.actuators[a];
-    const Attacher attacher{body, config, actuator_key(config, a, place_of(actuator).key)};
+    const Attacher attacher{body.mesh(), config, actuator_key(config, a, place_of(actuator).key)};
     result.push_back(std::visit(attacher, actuator.kind));
     if (const auto* pressure = std::get_if<fem::Pressure>(&result.back()))
       check_growth(body, config, a, *pressure);
@@ -97,7 +69,8 @@ std::vector<fem::Effector> attach_effectors(const fem::Model& body, const Config
   std::vector<fem::Effector> result;
   for (int e = 0; e < static_cast<int>(config.effectors.size()); ++e) {
     const EffectorConfig& effector = config.effectors[e];
-    result.push_back(Attacher{body, config, effector_key(config, e, place_of(effector).key)}(effector));
+    result.push_back(
+        Attacher{body.mesh(), config, effector_key(config, e, place_of(effector).key)}(effector));
   }
   return result;
 }

@@ -15,6 +15,7 @@
 #include "app/program/exit_codes.h"
 #include "app/program/report_pictures.h"
 #include "app/program/stop_signal.h"
+#include "app/robot/robot_geometry.h"
 #include "app/virtual_time/virtual_rig.h"
 
 namespace tendril::app {
@@ -71,14 +72,15 @@ class Run {
   void finish(const SimulationOptions& options) {
     if (!recorder_) return;
     const rt::ControllerConfig law = controller_config(config_);
-    recorder_->finish({.nodes = rig_.nodes(),
-                       .tetrahedra = rig_.tetrahedra(),
+    recorder_->finish({.nodes = rig_.mesh().node_count(),
+                       .tetrahedra = rig_.mesh().tet_count(),
                        .bus = "virtual time",
                        .iteration_cap = law.iteration_cap,
                        .model_refreshes = refreshes_,
                        .model_rate_hz = options.model_rate_hz,
                        .stop_reason = stop_reason()},
                       counts_);
+    recorder_->add_geometry(robot_geometry(config_, rig_.mesh()));
     draw_report(options.report);
   }
 

@@ -65,8 +65,7 @@ class VirtualRig {
 
   /// As ControlStack::stop_reason().
   std::string stop_reason() const { return stack_.stop_reason(config_); }
-  int nodes() const { return robot_->model.mesh().node_count(); }
-  int tetrahedra() const { return robot_->model.mesh().tet_count(); }
+  const fem::Mesh& mesh() const { return robot_->model.mesh(); }
 
   const rt::Controller& controller() const { return stack_.controller; }
   const hal::DriveMaster& master() const { return *stack_.master; }

@@ -22,6 +22,13 @@ plt.rcParams.update({
     "figure.constrained_layout.use": True})
 
 
+def colours_of(actuators):
+    """A colour for each of so many actuators, the same one in every picture."""
+    if actuators <= len(ACTUATORS):
+        return ACTUATORS[:actuators]
+    return plt.get_cmap("viridis")(np.linspace(0, 0.95, actuators))
+
+
 def thinned(*columns):
     """Every n-th row of all columns, with the smallest n that leaves few enough to draw."""
     step = max(1, -(-len(columns[0]) // MOST_POINTS))
@@ -133,7 +140,7 @@ def commands(trace):
     names = list(trace.actuators)
     kinds = [units for units in (METRES, VOLUMES) if units in trace.actuators.values()]
     few = len(names) <= len(ACTUATORS)
-    colours = ACTUATORS if few else plt.get_cmap("viridis")(np.linspace(0, 0.95, len(names)))
+    colours = colours_of(len(names))
     rows_of_legend = -(-len(names) // 8)
     figure, axes = column_of_panels(3 * len(kinds), 8 * len(kinds) + 0.25 * rows_of_legend)
     t = trace["t_s"]
@@ -200,7 +207,9 @@ def envelope(axes, t, values):
 
 def timing(trace, period_us):
     """How punctual the control thread was, how long a cycle took, how old the model was, how hard the QP worked."""
-    figure, axes = plt.subplots(2, 2, figsize=(11, 7))
+    figure, axes = plt.subplots(2, 2, figsize=(11, 7), layout="none",  # to find margins takes as long as to draw
+                                gridspec_kw={"left": 0.06, "right": 0.985, "top": 0.955, "bottom": 0.065, "wspace": 0.15,
+                                             "hspace": 0.27})
     histogram(axes[0, 0], trace["wakeup_us"], "Wake-up latency", "µs")
     histogram(axes[0, 1], trace["cycle_us"], f"Work in one cycle (of a period of {period_us:.0f} µs)", "µs")
     age = axes[1, 0]

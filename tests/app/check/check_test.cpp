@@ -52,6 +52,18 @@ TEST_CASE("The diamond that is shipped passes its check", "[scenario]") {
   check_shipped("diamond", 1603, 4, 4);
 }
 
+TEST_CASE("Where nothing can draw the picture that was asked for, the check says so and leaves no file",
+          "[scenario]") {
+  const RobotFile file(finger());
+  const std::filesystem::path picture = file.folder() / "robot.png";
+  const Ended ended =
+      run(without_pictures({kDaemon, file.path().string(), "--check", "--picture", picture.string()}));
+  CHECK(ended.code == 3);
+  CHECK_THAT(ended.err, Catch::Contains(picture.string() + " is not drawn: ") &&
+                            Catch::Contains("install python3-matplotlib"));
+  CHECK_FALSE(std::filesystem::exists(picture));
+}
+
 TEST_CASE("A coordinate of weight 0 is no part of what a waypoint misses", "[scenario]") {
   const RobotFile file(finger({{"    coordinates: x ", "    coordinates: xz\n    weight: [1, 0] "}}));
   const nlohmann::json result = check(file.path().string(), 0);

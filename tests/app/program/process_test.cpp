@@ -175,6 +175,8 @@ TEST_CASE("A run of two seconds ends with exit code 0, a whole report and no fau
   CHECK(summary.at("faults") == nlohmann::json::array());
   CHECK(summary.at("warnings") == nlohmann::json::array());
   CHECK(summary.at("cycles") >= 2 / kPeriod);  // deadlines, whether a stall made it miss them or not
+  const auto geometry = nlohmann::json::parse(read_text_file(bench.report() / "robot.json"));
+  CHECK(geometry.at("robot") == "finger");
   const Trace trace = read_trace(bench.report());
   check_trace(trace, summary);
   // From the first cycle that ran to the last of the stop, which comes when the time is up: a cycle that ran

@@ -130,6 +130,16 @@ TEST_CASE("A report that cannot be written is refused before the bus is opened",
                 kEnvironment, {"cannot write " + folder, "--report"});
 }
 
+TEST_CASE("A picture that cannot be written is refused before the check begins", "[scenario]") {
+  const RobotFile file(finger());
+  const std::string nowhere = (file.folder() / "absent/robot.png").string();
+  check_refused({kDaemon, file.path().string(), "--check", "--picture", nowhere}, kEnvironment,
+                {"cannot write " + nowhere, "No such file or directory", "name a file in a folder"});
+  const std::string below = (file.path() / "robot.png").string();  // below a file, where even root cannot
+  check_refused({kDaemon, file.path().string(), "--check", "--picture", below}, kEnvironment,
+                {"cannot write " + below, "Not a directory"});
+}
+
 #ifndef TENDRIL_SANITIZED  // their run-time libraries make locking memory do nothing
 TEST_CASE("Without the rights of real time the daemon does not start, and says what to grant", "[scenario]") {
   if (geteuid() != 0) {
@@ -188,6 +198,9 @@ TEST_CASE(
       {{kDaemon, "robot.yaml", "--duration", "inf"}, "--duration"},
       {{kDaemon, "robot.yaml", "--bus", ""}, "--bus"},
       {{kDaemon, "robot.yaml", "--json"}, "--check"},
+      {{kDaemon, "robot.yaml", "--picture", "robot.png"}, "--check"},
+      {{kDaemon, "robot.yaml", "--check", "--picture", "robot.jpg"},
+       "must end in .png or .svg or .html, not be 'robot.jpg'"},
       {{kCtl, "jog", "robot.yaml", "north", "--by", ""}, "--by"}};
   for (const auto& [command, said] : rows) {
     CAPTURE(said);
