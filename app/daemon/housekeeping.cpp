@@ -100,7 +100,8 @@ void Housekeeping::inform_service_manager(int64_t now_ns) {
 void Housekeeping::print_progress(int64_t now_ns) {
   if (now_ns < progress_due_ns_) return;
   progress_due_ns_ = now_ns + kStatusInterval_ns;
-  if (!takes_a_line(STDOUT_FILENO)) return;
+  if (!takes_a_line(STDOUT_FILENO) || is_journal(STDOUT_FILENO))
+    return;  // the service manager has a status line
   fmt::print("{}\n",
              status_.terminal_line(running_s(now_ns), recorder_ ? recorder_->last_error_mm() : std::nullopt,
                                    model_.mean_rate_hz()));

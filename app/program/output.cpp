@@ -2,15 +2,20 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <mutex>
 #include <string_view>
+#include <utility>
 
 namespace tendril::app {
 namespace {
@@ -47,6 +52,20 @@ class StderrSink final : public spdlog::sinks::base_sink<std::mutex> {
   long dropped_ = 0;
 };
 
+/// The priority of a line as the journal reads it, see sd-daemon(3).
+class JournalPriority final : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
+    const char* priority = message.level >= spdlog::level::err    ? "<3>"
+                           : message.level == spdlog::level::warn ? "<4>"
+                                                                  : "<6>";
+    out.append(priority, priority + 3);
+  }
+  std::unique_ptr<spdlog::custom_flag_formatter> clone() const override {
+    return spdlog::details::make_unique<JournalPriority>();
+  }
+};
+
 }  // namespace
 
 void open_standard_descriptors() {
@@ -59,8 +78,22 @@ bool takes_a_line(int descriptor) noexcept {
   return ::poll(&output, 1, 0) == 1 && (output.revents & POLLOUT) != 0;
 }
 
+bool is_journal(int descriptor) noexcept {
+  unsigned long device = 0, inode = 0;
+  struct stat file {};
+  const char* stream = std::getenv("JOURNAL_STREAM");
+  return stream && std::sscanf(stream, "%lu:%lu", &device, &inode) == 2 && ::fstat(descriptor, &file) == 0 &&
+         file.st_dev == device && file.st_ino == inode;
+}
+
 void log_to_stderr(const std::string& program) {
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>(program, std::make_shared<StderrSink>()));
+  const auto logger = std::make_shared<spdlog::logger>(program, std::make_shared<StderrSink>());
+  if (is_journal(STDERR_FILENO)) {
+    auto formatter = std::make_unique<spdlog::pattern_formatter>();
+    formatter->add_flag<JournalPriority>('*').set_pattern("%*%v");
+    logger->set_formatter(std::move(formatter));
+  }
+  spdlog::set_default_logger(logger);
 }
 
 }  // namespace tendril::app

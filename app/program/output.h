@@ -12,8 +12,13 @@ void open_standard_descriptors();
 /// stopped reading, as a terminal after Ctrl-S or a pager. Real-time: no (a system call).
 bool takes_a_line(int descriptor) noexcept;
 
-/// Makes stderr the log of the program, for all threads. Lines that stderr does not take are dropped and
-/// counted, so that neither the robot nor its end waits for a reader.
+/// Whether a descriptor leads to the journal of systemd, which says so to the programs it starts. Real-time:
+/// no.
+bool is_journal(int descriptor) noexcept;
+
+/// Makes stderr the log of the program, for all threads. The journal gets priorities, and knows time and
+/// program by itself. Lines that stderr does not take are dropped and counted, so that neither the robot nor
+/// its end waits for a reader.
 /// @param program  its name, in each line
 void log_to_stderr(const std::string& program);
 

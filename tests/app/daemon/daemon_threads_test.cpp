@@ -75,8 +75,11 @@ TEST_CASE("Model, control and main thread of the daemon run a robot together fro
   const Config config = patient(block.config);
   const testing::OwnFolder folder;
   ServedDrives drives(config);
-  const DaemonOptions options{
-      .bus = drives.bus(), .duration_s = 1, .report = folder / "report", .allow_non_rt = true};
+  const DaemonOptions options{.bus = drives.bus(),
+                              .duration_s = 1,
+                              .report = folder / "report",
+                              .socket = block.file.folder() / "robot.sock",
+                              .allow_non_rt = true};
   CHECK(run_daemon(config, options) == 0);
   const nlohmann::json summary = summary_in(options.report);
   CHECK(summary["faults"].empty());
@@ -92,7 +95,10 @@ TEST_CASE("A drive's fault reaches all threads of the daemon, and ends them", "[
   const testing::OwnFolder folder;
   ServedDrives drives(config);
   drives.fail_when_enabled();
-  const DaemonOptions options{.bus = drives.bus(), .report = folder / "report", .allow_non_rt = true};
+  const DaemonOptions options{.bus = drives.bus(),
+                              .report = folder / "report",
+                              .socket = block.file.folder() / "robot.sock",
+                              .allow_non_rt = true};
   CHECK(run_daemon(config, options) == 1);
   const nlohmann::json summary = summary_in(options.report);
   REQUIRE(summary["faults"].size() == 1);

@@ -322,6 +322,25 @@ TEST_CASE("Beside a running daemon a second one and a jog send nothing, and the 
   for (const int node : kNodes) CHECK(listener.read(node, kWatchedMaster) == 0u);
 }
 
+TEST_CASE("The journal gets lines with a priority, without a time of ours and without progress",
+          "[scenario]") {
+  Workbench bench;
+  // As under systemd, which tells a service the file behind its stdout and stderr.
+  std::vector<std::string> shell{
+      "bash", "-c", "JOURNAL_STREAM=$(stat -L -c %d:%i /proc/self/fd/2) exec \"$@\" 1>&2", "bash"};
+  for (const std::string& word : bench.daemon({"--duration", "1.5"})) shell.push_back(word);
+  const Ended ended = run(shell);
+  INFO(ended.err);
+  CHECK(ended.code == 0);
+  for (const std::string& line : lines_of(ended.err)) {
+    CAPTURE(line);
+    CHECK((line.starts_with("<6>") || line.starts_with("<4>")));
+    CHECK(line.find("[tendrild]") == std::string::npos);
+  }
+  CHECK_THAT(ended.err, Catch::Contains("<6>phase: run\n"));
+  CHECK_THAT(run(bench.daemon({"--duration", "1.5"})).out, Catch::Contains("run       error"));  // elsewhere
+}
+
 TEST_CASE("SIGKILL of the plant ends the daemon with exit code 1 and one line that says why", "[scenario]") {
   Workbench bench(kBend);
   BusListener listener(bench.bus(), kNodes);
