@@ -21,8 +21,7 @@ constexpr int64_t kStatusInterval_ns = 1'000'000'000;
 Housekeeping::Housekeeping(const Config& config, const DaemonOptions& options, rt::Channels& channels,
                            const ModelThread& model, const hal::DriveMaster& master, rt::EffectorVector rest,
                            RunRecorder* recorder, ServiceManager& service)
-    : config_(config),
-      options_(options),
+    : options_(options),
       channels_(channels),
       model_(model),
       recorder_(recorder),

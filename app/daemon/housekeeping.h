@@ -47,7 +47,6 @@ class Housekeeping {
   void print_progress(int64_t now_ns);
   double running_s(int64_t now_ns) const;
 
-  const Config& config_;
   const DaemonOptions& options_;
   rt::Channels& channels_;
   const ModelThread& model_;

@@ -44,6 +44,19 @@ const std::array<CommandRow, 11>& commands() {
 
 [[noreturn]] void refuse(const std::string& message) { throw RequestError("bad_request", message); }
 
+/// A line as JSON; discarded where it is none, or so deeply nested that copying it, which recurses, could
+/// exhaust the stack.
+json parse(std::string_view line) {
+  constexpr int kDeepest = 32;
+  int depth = 0;
+  for (const char letter : line) {
+    if (letter == '[' || letter == '{') ++depth;
+    if (letter == ']' || letter == '}') --depth;
+    if (depth > kDeepest) return json(json::value_t::discarded);
+  }
+  return json::parse(line, nullptr, false);
+}
+
 const CommandRow& row_of(const json& request) {
   const auto found = request.find("command");
   if (found == request.end() || !found->is_string()) refuse("say which \"command\", a text");
@@ -133,9 +146,10 @@ void read_target(const json& object, ControlRequest& request, const Config& conf
 
 ControlRequest read_request(std::string_view line, const Config& config,
                             const std::vector<std::string>& coordinates) {
-  const json object = json::parse(line, nullptr, false);
+  const json object = parse(line);
   if (object.is_discarded() || !object.is_object())
-    throw RequestError("bad_json", "a line is one JSON object, such as {\"command\": \"status\"}");
+    throw RequestError(
+        "bad_json", "a line is one JSON object, at most 32 levels deep, such as {\"command\": \"status\"}");
   const json version = object.value("version", json(kControlProtocol));
   if (version != kControlProtocol)
     throw RequestError("version", fmt::format("this daemon speaks version {} of the control protocol, not {}",
@@ -165,7 +179,7 @@ ControlRequest read_request(std::string_view line, const Config& config,
 }
 
 json id_of(std::string_view line) {
-  const json object = json::parse(line, nullptr, false);
+  const json object = parse(line);
   return object.is_object() ? object.value("id", json()) : json();
 }
 

@@ -133,9 +133,17 @@ TEST_CASE("Any line is read, or refused with a code", "[law]") {
     (void)id_of(line);
   }
   CHECK(taken > 1000);
-  const std::string deep(60'000, '[');
-  CHECK(code_of(deep) == "bad_json");
-  CHECK(code_of(R"({"command": "status", "id": )" + deep + std::string(60'000, ']') + "}") == "");
+}
+
+TEST_CASE("A line may be nested, but not so deeply that reading it exhausts the stack", "[unit]") {
+  const auto nested = [](std::size_t depth) {
+    return R"({"command": "status", "id": )" + std::string(depth, '[') + std::string(depth, ']') + "}";
+  };
+  CHECK(code_of(nested(31)) == "");
+  CHECK(code_of(nested(32)) == "bad_json");
+  CHECK(code_of(nested(30'000)) == "bad_json");
+  CHECK(code_of(std::string(60'000, '[')) == "bad_json");
+  CHECK(id_of(nested(30'000)).is_null());
 }
 
 }  // namespace tendril::app::control_request_test
