@@ -38,7 +38,7 @@ void declare_operation(CommandLine& cli, OperateOptions& options,
           true);
   target
       .add("MM", options.position_mm,
-           "one value a controlled coordinate, in the robot's frame; ml for a volume")
+           "one value a controlled coordinate, in the robot's frame")
       .required();
   target.add("--speed", options.speed_mm_s, "mm/s (default: motion.speed of the robot file, else 50)")
       .within(0.001, 10'000.0);

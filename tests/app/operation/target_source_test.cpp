@@ -96,18 +96,19 @@ TEST_CASE("A stream of targets that come late or are lost moves on without a hal
   Source robot;
   robot.targets.aim(Source::at(0), kRest, 0, kStill);
   constexpr double kPeriod = 0.01, kStreamSpeed = 0.05;  // s, m/s
+  constexpr int kCaughtUp = 100;                         // targets, after which the start is forgotten
   double sent_s = 0, last_x = 0, slowest = kStreamSpeed, fastest = 0;
   for (int k = 0; k < 400; ++k) {
     const double due_s = k * kPeriod;
     const double next_s = due_s + uniform(random) * 0.9 * kPeriod;  // late by less than a period
     for (double s = sent_s; s < next_s; s += 0.0005) {
       const double speed = robot.targets.at(Source::at(s))->velocity[0];
-      if (k > 5) slowest = std::min(slowest, speed), fastest = std::max(fastest, speed);
+      if (k > kCaughtUp) slowest = std::min(slowest, speed), fastest = std::max(fastest, speed);
       CHECK(robot.wanted(s)[0] >= last_x - kRounding);
       last_x = robot.wanted(s)[0];
     }
     sent_s = next_s;
-    if (k > 5 && uniform(random) < 0.1) continue;  // lost
+    if (k > kCaughtUp && uniform(random) < 0.1) continue;  // lost
     const EffectorVector goal = kRest + point(kStreamSpeed * (due_s + 2 * kPeriod), 0, 0);
     robot.targets.aim(Source::at(next_s), goal, std::llround(1e9 * (due_s + 2 * kPeriod - next_s)),
                       point(kStreamSpeed, 0, 0));
