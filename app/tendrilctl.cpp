@@ -36,10 +36,7 @@ void declare_operation(CommandLine& cli, OperateOptions& options,
           "moves the first effector to a point in a straight line, and waits until the target is "
           "there; Ctrl-C holds it on its way.\nExample: tendrilctl target 10 0 120 --speed 20",
           true);
-  target
-      .add("MM", options.position_mm,
-           "one value a controlled coordinate, in the robot's frame")
-      .required();
+  target.add("MM", options.position_mm, "one value a controlled coordinate, in the robot's frame").required();
   target.add("--speed", options.speed_mm_s, "mm/s (default: motion.speed of the robot file, else 50)")
       .within(0.001, 10'000.0);
   target.add("--in", options.in_s, "seconds for the way, instead of a speed")
