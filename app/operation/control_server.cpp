@@ -93,10 +93,10 @@ ordered_json ControlServer::answer(int client, const ControlRequest& request) {
     case Command::kRelease:
       if (client != holder_) throw RequestError("no_control", "this client does not have the control");
       holder_ = 0;
-      spdlog::info("control released by {}", server_.peer(client));
+      spdlog::info("control released by {}", holder_peer_);
       return ordered_json::object();
     case Command::kStop:
-      spdlog::info("stop asked for by {}", server_.peer(client));
+      spdlog::info("stop asked for by {}", holder_peer_);
       requests_.stop = true;
       return ordered_json::object();
     default:
@@ -129,15 +129,17 @@ ordered_json ControlServer::answer(int client, const ControlRequest& request) {
 }
 
 void ControlServer::acquire(int client, bool steal) {
-  if (holder_ != 0 && holder_ != client && !steal)
+  if (holder_ == client) return;
+  if (holder_ != 0 && !steal)
     throw RequestError("control_taken", holder_peer_ + " has the control; \"steal\": true takes it away");
-  if (holder_ != client) spdlog::info("control acquired by {}", server_.peer(client));
-  if (holder_ != 0 && holder_ != client) {
+  const std::string peer = server_.peer(client);
+  spdlog::info("control acquired by {}", peer);
+  if (holder_ != 0) {
     spdlog::warn("control taken away from {}", holder_peer_);
-    server_.send(holder_, text_of({{"event", "control_lost"}, {"to", server_.peer(client)}}));
+    server_.send(holder_, text_of({{"event", "control_lost"}, {"to", peer}}));
   }
   holder_ = client;
-  holder_peer_ = server_.peer(client);
+  holder_peer_ = peer;
 }
 
 void ControlServer::require_running() const {

@@ -104,7 +104,7 @@ void LineServer::serve() {
     if (client.ended && !client.lines_wait) ended.push_back(number);
   }
   for (const int number : ended) drop(number);
-  for (const auto& [number, client] : clients_) watch(number, client);
+  for (auto& [number, client] : clients_) watch(number, client);
   accept_clients();
 }
 
@@ -116,11 +116,9 @@ void LineServer::accept_clients() {
       continue;
     }
     const int number = next_number_++;
-    clients_[number].descriptor = descriptor;
-    epoll_event event{};
-    event.events = EPOLLIN;
-    event.data.fd = number;
-    ::epoll_ctl(epoll_, EPOLL_CTL_ADD, descriptor, &event);
+    Client& client = clients_[number];
+    client.descriptor = descriptor;
+    watch(number, client);
     listener_.connected(number);
   }
 }
@@ -180,12 +178,14 @@ void LineServer::write(Client& client) {
 
 /// Lines that wait to be handed over count as something to do: the kernel says that a client may be written
 /// to.
-void LineServer::watch(int number, const Client& client) const {
+void LineServer::watch(int number, Client& client) const {
+  const uint32_t wanted = client.lines_wait || !client.out.empty() ? EPOLLIN | EPOLLOUT : EPOLLIN;
+  const uint32_t before = std::exchange(client.events, wanted);
+  if (wanted == before) return;
   epoll_event event{};
-  event.events = EPOLLIN;
-  if (client.lines_wait || !client.out.empty()) event.events |= EPOLLOUT;
+  event.events = wanted;
   event.data.fd = number;
-  ::epoll_ctl(epoll_, EPOLL_CTL_MOD, client.descriptor, &event);
+  ::epoll_ctl(epoll_, before == 0 ? EPOLL_CTL_ADD : EPOLL_CTL_MOD, client.descriptor, &event);
 }
 
 void LineServer::drop(int number) {

@@ -2,6 +2,7 @@
 
 #include <sys/types.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -54,6 +55,7 @@ class LineServer {
  private:
   struct Client {
     int descriptor;
+    uint32_t events = 0;  // of epoll that are watched for
     std::string in, out;
     bool lines_wait = false;  // in `in`
     bool skipping = false;    // the rest of a line that is too long
@@ -66,7 +68,7 @@ class LineServer {
   void read(Client& client);
   void hand_over_lines(int number, Client& client);
   void write(Client& client);
-  void watch(int number, const Client& client) const;
+  void watch(int number, Client& client) const;
   void drop(int number);
 
   std::filesystem::path path_;
