@@ -27,6 +27,9 @@ void declare_operation(CommandLine& cli, OperateOptions& options,
       add("status", "shows targets, model, sensors, actuators and faults of the running robot", false);
   status.add_flag("--watch", options.watch, "again and again, until Ctrl-C");
   status.add_flag("--json", options.json, "one line of JSON, in SI units");
+  add("faults",
+      "says what has stopped the robot, since when, and what to do; exit code 1 where there is a fault",
+      false);
   CommandLine& monitor = add("monitor", "prints the state as it changes, until Ctrl-C", false);
   monitor.add("--rate", options.rate_hz, "states a second, up to the control rate (default: 10)")
       .within(0.1, 1000.0);
@@ -59,6 +62,14 @@ void declare_operation(CommandLine& cli, OperateOptions& options,
       .add("PERCENT", options.percent, "of the speed in the robot file, 0 to 100")
       .required()
       .within(0.0, 100.0);
+  add("disable", "brings the robot to a halt and disables its drives; the daemon goes on watching them",
+      true);
+  add("enable", "enables the drives again, where they stand; the robot holds there", true);
+  add("reset",
+      "after a fault: takes note of it and enables the drives again, where they stand; the robot holds "
+      "there. Remove the "
+      "cause first, see tendrilctl faults",
+      true);
   add("stop", "ends the run: the robot comes to a halt and its drives are disabled", true);
 }
 

@@ -23,7 +23,15 @@ struct RunStart {
 /// Flags by which other threads reach the control thread.
 struct Requests {
   std::atomic<bool> stop{false};          ///< end the run
-  std::atomic<bool> model_failed{false};  ///< the model thread has given up
+  std::atomic<bool> standby{false};       ///< keep the drives without torque
+  std::atomic<uint32_t> resets{0};        ///< how often a latched fault was reset
+  std::atomic<bool> model_failed{false};  ///< the model thread has given up, until the next reset
+
+  /// Lets a robot that waits after a fault start again. Real-time: no (for the operator's side).
+  void reset() noexcept {
+    model_failed = false;
+    ++resets;
+  }
 };
 
 /// How far the control thread is.

@@ -5,7 +5,8 @@
 namespace tendril::rt {
 
 const char* name(Phase phase) noexcept {
-  static constexpr const char* kNames[] = {"connect", "model", "enable", "run", "stop", "disable", "stopped"};
+  static constexpr const char* kNames[] = {"connect", "model",   "enable",  "run",
+                                           "stop",    "standby", "disable", "stopped"};
   return kNames[static_cast<std::size_t>(phase)];
 }
 

@@ -10,18 +10,20 @@
 
 namespace tendril::rt {
 
-/// Where a run stands. Each phase leads to the next or to kStopping.
+/// Where a run stands. Each phase leads to the next, or on to one of the last four; kStandby leads back to
+/// kConnecting.
 enum class Phase : uint8_t {
   kConnecting,  ///< until every drive has told its position, and every required sensor is fresh
   kModelling,   ///< until the model rests at the measured lengths and has published a snapshot
   kEnabling,    ///< until every drive follows its command; they hold where they are
   kRunning,
   kStopping,   ///< the ramp of StopAction
+  kStandby,    ///< drives without torque, but watched; until there is no fault and they are wanted
   kDisabling,  ///< until no drive holds torque and all are told the end
   kStopped,
 };
 
-/// "connect", "model", "enable", "run", "stop", "disable", "stopped". Real-time: wait-free.
+/// "connect", "model", "enable", "run", "stop", "standby", "disable", "stopped". Real-time: wait-free.
 const char* name(Phase phase) noexcept;
 
 /// What one cycle is told beside measurement, snapshot and target.
@@ -31,8 +33,19 @@ struct CycleInput {
   /// Cycles before this one that ended late, in a row. A long stall is one cycle: it is left to the drives,
   /// which watch our heartbeat.
   int late_in_a_row = 0;
-  bool stop_requested = false;  ///< the operator wants the run to end
-  bool model_failed = false;    ///< the model thread has given up
+  bool stop_requested = false;     ///< the operator wants the run to end
+  bool standby_requested = false;  ///< the operator wants the drives without torque
+  bool reset_requested = false;    ///< in this cycle the operator takes note of the fault and wants to go on
+  bool model_failed = false;       ///< the model thread has given up
+};
+
+/// The fault that has stopped the robot. The first one is kept: later ones are mostly its consequence.
+struct LatchedFault {
+  bool present = false;
+  Fault fault = Fault::kDrives;
+  hal::DriveFault drive;  ///< where it is kDrives
+  int lost_sensor = -1;   ///< index, where it is kSensorLost
+  int64_t since_ns = 0;   ///< the cycle it was found in
 };
 
 /// What one cycle came to.
@@ -40,11 +53,12 @@ struct Decision {
   Phase phase = Phase::kConnecting;
   hal::Command command;         ///< to the drives
   FaultSet faults;              ///< present in this cycle
+  LatchedFault latched;         ///< until it is reset
   ActuatorVector lambda;        ///< efforts the command stands for, m, N or Pa
   bool efforts_active = false;  ///< drives may exert lambda already, so that the model is to follow it
   EffectorVector desired;       ///< target served, e, m or m³
-  EffectorVector p_e;           ///< where the model puts the effectors under lambda, e, m or m³
-  bool qp_solved = false;       ///< whether a QP was posed in this cycle
+  EffectorVector p_e;  ///< where the model puts the effectors under lambda, e, m or m³
+  bool qp_solved = false;     ///< whether a QP was posed in this cycle
   qp::Status qp_status = qp::Status::kOptimal;
   int qp_iterations = 0;
   int64_t snapshot_age_ns = 0;

@@ -1,6 +1,7 @@
 #include "rt/control_loop.h"
 
 #include <span>
+#include <utility>
 
 namespace tendril::rt {
 namespace {
@@ -16,6 +17,8 @@ void fill(TraceRecord& record, int64_t now_ns, const hal::Measurement& measureme
   record.intended_ns = now_ns;
   record.phase = decision.phase;
   record.faults = decision.faults;
+  record.latched = decision.latched;
+  record.power = measurement.power;
   record.qp_solved = decision.qp_solved;
   record.qp_status = decision.qp_status;
   record.qp_iterations = decision.qp_iterations;
@@ -61,11 +64,14 @@ const hal::Measurement& ControlLoop::read(const CycleStart& start) noexcept {
 const Decision& ControlLoop::solve(const hal::Measurement& measurement, const CycleStart& start) noexcept {
   snapshot_ = channels_.snapshots.has_value() ? &channels_.snapshots.latest() : nullptr;
   const Target* target = channels_.targets.has_value() ? &channels_.targets.latest() : nullptr;
+  const uint32_t resets = channels_.requests.resets.load(std::memory_order_relaxed);
   return law_.step(measurement, snapshot_, target,
                    {.now_ns = start.intended_ns,
                     .wakeup_ns = start.woken_ns - start.intended_ns,
                     .late_in_a_row = start.late_in_a_row,
                     .stop_requested = channels_.requests.stop.load(std::memory_order_relaxed),
+                    .standby_requested = channels_.requests.standby.load(std::memory_order_relaxed),
+                    .reset_requested = std::exchange(resets_, resets) != resets,
                     .model_failed = channels_.requests.model_failed.load(std::memory_order_relaxed)});
 }
 

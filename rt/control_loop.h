@@ -53,6 +53,7 @@ class ControlLoop {
   Channels& channels_;
   const hal::Measurement* measured_ = &kNothing;
   const Snapshot* snapshot_ = nullptr;  // this cycle's
+  uint32_t resets_ = 0;                 // passed on
   std::array<hal::Frame, hal::kMaxWaiting> arrived_;
   hal::FrameBatch frames_;
   hal::Wire wire_;

@@ -53,7 +53,9 @@ const Decision& Controller::step(const hal::Measurement& measurement, const Snap
   decision_.qp_solved = false;
   decision_.qp_iterations = 0;
   decision_.snapshot_age_ns = snapshot ? cycle.now_ns + cycle.wakeup_ns - snapshot->stamp_ns : 0;
-  stop_if_demanded(measurement, cycle, before);
+  decision_.command.reset = false;
+  find_faults(measurement, cycle, before);
+  serve_operator(cycle);
   const bool was_running = decision_.phase == Phase::kRunning;
   advance_phase(measurement, snapshot, cycle.now_ns);
   switch (decision_.phase) {
@@ -61,6 +63,12 @@ const Decision& Controller::step(const hal::Measurement& measurement, const Snap
     case Phase::kModelling:
     case Phase::kEnabling:  // hold what is measured: enabling must not move anything
       hold_measured(measurement, snapshot);
+      break;
+    case Phase::kStandby:
+      hold_measured(measurement, snapshot);
+      if (!snapshot) break;
+      decision_.p_e.noalias() = snapshot->W_ea * decision_.lambda + snapshot->p_e_free;
+      decision_.desired = decision_.p_e;
       break;
     case Phase::kRunning:  // the first command that drives follow is what they have measured
       serve_target(target, cycle);
@@ -86,7 +94,8 @@ void Controller::command() noexcept {
   }
   command.enable = decision_.phase >= Phase::kEnabling && decision_.phase <= Phase::kStopping;
   command.finish = decision_.phase >= Phase::kDisabling;
-  decision_.efforts_active = decision_.phase >= (any_effort_ ? Phase::kEnabling : Phase::kRunning);
+  decision_.efforts_active = decision_.phase >= (any_effort_ ? Phase::kEnabling : Phase::kRunning) &&
+                             decision_.phase != Phase::kStandby;
 }
 
 /// λ within its limits; the last one where it is no number.
@@ -114,23 +123,48 @@ void Controller::enter(Phase phase, int64_t now_ns) noexcept {
   phase_since_ns_ = now_ns;
 }
 
-void Controller::stop_if_demanded(const hal::Measurement& measurement, const CycleInput& cycle,
-                                  FaultSet before) noexcept {
+void Controller::find_faults(const hal::Measurement& measurement, const CycleInput& cycle,
+                             FaultSet before) noexcept {
   if (measurement.fault.kind != hal::FaultKind::kNone) decision_.faults.add(Fault::kDrives);
   if (measurement.sensors.lost >= 0) decision_.faults.add(Fault::kSensorLost);
   if (cycle.late_in_a_row >= config_.late_cycles_limit) decision_.faults.add(Fault::kLateCycles);
   if (cycle.model_failed) decision_.faults.add(Fault::kModelFailed);
-  if (stopping()) return;
+  // What is found while the robot comes to a halt for another reason does not change what follows.
+  const bool halts = decision_.phase == Phase::kStopping || decision_.phase >= Phase::kDisabling;
+  if (halts || decision_.latched.present) return;
   for (const FaultRule& entry : kFaultTable)
-    if (entry.reaction == Reaction::kStop && (decision_.faults.has(entry.fault) || before.has(entry.fault))) {
-      faulted_ = true;
-      stop_reason_ = entry.fault;
-      drive_fault_ = measurement.fault;
-      lost_sensor_ = measurement.sensors.lost;
-    }
-  // Only drives that follow commands can be braked.
-  if (faulted_ || cycle.stop_requested)
-    enter(decision_.phase == Phase::kRunning ? Phase::kStopping : Phase::kDisabling, cycle.now_ns);
+    if (entry.reaction == Reaction::kStop && (decision_.faults.has(entry.fault) || before.has(entry.fault)))
+      decision_.latched = {true, entry.fault, measurement.fault, measurement.sensors.lost, cycle.now_ns};
+}
+
+/// Whether the run shall end, and not wait in kStandby.
+bool Controller::ends(const CycleInput& cycle) const noexcept {
+  const LatchedFault& latched = decision_.latched;
+  const bool other_master =
+      latched.fault == Fault::kDrives && latched.drive.kind == hal::FaultKind::kOtherMaster;
+  return cycle.stop_requested || (latched.present && (!config_.waits_after_fault || other_master));
+}
+
+/// Leaves kRunning, or what leads to it, where the drives are not wanted; returns to it where they are.
+void Controller::serve_operator(const CycleInput& cycle) noexcept {
+  if (decision_.phase >= Phase::kDisabling) return;
+  if (decision_.phase == Phase::kStandby && cycle.reset_requested && decision_.latched.present) {
+    decision_.latched = {};
+    decision_.faults = {};  // judged anew from the next cycle on
+    decision_.command.reset = true;
+    return;
+  }
+  end_requested_ = end_requested_ || ends(cycle);
+  const bool wanted = !end_requested_ && !decision_.latched.present && !cycle.standby_requested;
+  if (decision_.phase == Phase::kStandby) {
+    if (!end_requested_ && !wanted) return;
+    resumed_ns_ = cycle.now_ns;
+    enter(wanted ? Phase::kConnecting : Phase::kDisabling, cycle.now_ns);
+  } else if (!wanted && decision_.phase != Phase::kStopping) {
+    // Only drives that follow commands can be braked.
+    const Phase without_torque = end_requested_ ? Phase::kDisabling : Phase::kStandby;
+    enter(decision_.phase == Phase::kRunning ? Phase::kStopping : without_torque, cycle.now_ns);
+  }
 }
 
 void Controller::advance_phase(const hal::Measurement& measurement, const Snapshot* snapshot,
@@ -141,30 +175,37 @@ void Controller::advance_phase(const hal::Measurement& measurement, const Snapsh
       if (measurement.all_known && measurement.sensors.ready) enter(Phase::kModelling, now_ns);
       break;
     case Phase::kModelling:
-      if (snapshot) enter(Phase::kEnabling, now_ns);
+      if (snapshot && snapshot->stamp_ns >= resumed_ns_) enter(Phase::kEnabling, now_ns);
       break;
     case Phase::kEnabling:
-      if (!measurement.all_enabled) break;
-      enter(Phase::kRunning, now_ns);
-      hold_measured(measurement, snapshot);
-      velocity_.setZero();
-      decision_.p_e.noalias() = snapshot->W_ea * decision_.lambda + snapshot->p_e_free;
-      decision_.desired = decision_.p_e;
+      if (measurement.all_enabled) begin_running(measurement, *snapshot, now_ns);
       break;
     case Phase::kStopping:
-      if (at_rest() || elapsed_ns > stop_limit_ns_) enter(Phase::kDisabling, now_ns);
+      if (at_rest() || elapsed_ns > stop_limit_ns_)
+        enter(end_requested_ ? Phase::kDisabling : Phase::kStandby, now_ns);
       break;
     case Phase::kDisabling:
       if (measurement.finished || elapsed_ns > kDisableLimit_ns) enter(Phase::kStopped, now_ns);
       break;
     case Phase::kRunning:
+    case Phase::kStandby:
     case Phase::kStopped:
       break;
   }
 }
 
+void Controller::begin_running(const hal::Measurement& measurement, const Snapshot& snapshot,
+                               int64_t now_ns) noexcept {
+  enter(Phase::kRunning, now_ns);
+  hold_measured(measurement, &snapshot);
+  velocity_.setZero();
+  decision_.p_e.noalias() = snapshot.W_ea * decision_.lambda + snapshot.p_e_free;
+  decision_.desired = decision_.p_e;
+  has_target_ = false;
+}
+
 void Controller::serve_target(const Target* target, const CycleInput& cycle) noexcept {
-  if (!target) return;
+  if (!target || target->stamp_ns < resumed_ns_) return;
   if (cycle.now_ns + cycle.wakeup_ns - target->stamp_ns > config_.target_age_limit_ns) {
     decision_.faults.add(Fault::kTargetStale);
     return;

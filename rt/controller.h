@@ -29,6 +29,7 @@ struct ControllerConfig {
   int64_t target_age_limit_ns = 0;
   int late_cycles_limit = std::numeric_limits<int>::max();  ///< so many in a row end the run
   StopAction stop = StopAction::kHold;
+  bool waits_after_fault = false;  ///< for a reset, in kStandby; else a fault ends the run
 };
 
 /// The control law: from what is measured, known and wanted to what the drives shall do. A function of its
@@ -37,8 +38,9 @@ struct ControllerConfig {
 /// While running it solves, for the newest target on the newest snapshot [Largilliere 2015, eqs. 5-6],
 ///   min ½ λᵀHλ + λᵀW_eaᵀD δ_e_free   s.t.   a_min ≤ λ ≤ a_max,   l_min ≤ W_aa λ + δ_a_free ≤ l_max,
 /// the latter narrowed to what the top rates allow within one period, and commands δ_a = W_aa λ + δ_a_free.
-/// D, the squares of the effectors' weights, comes with the snapshot. Whatever happens, no command moves an
-/// actuator faster than its top rate or leads it further out of its limits.
+/// Where effectors are measured, the target is moved by what the model does not explain, see
+/// DisturbanceObserver. D, the squares of the effectors' weights, comes with the snapshot. Whatever happens,
+/// no command moves an actuator faster than its top rate or leads it further out of its limits.
 ///
 /// Every command holds both δ_a and λ; the drive of an actuator that follows efforts gets λ, and then δ_a is
 /// where the model expects it. Such a drive exerts what it is told as soon as it is enabled: the efforts with
@@ -54,19 +56,15 @@ class Controller final : public ControlLaw {
   const Decision& step(const hal::Measurement& measurement, const Snapshot* snapshot, const Target* target,
                        const CycleInput& cycle) noexcept override;
 
-  /// Why the run stopped: meaningful once `stopping()`.
-  bool stopping() const noexcept { return decision_.phase >= Phase::kStopping; }
-  /// True where the stop was a fault and not asked for.
-  bool faulted() const noexcept { return faulted_; }
-  Fault stop_reason() const noexcept { return stop_reason_; }
-  const hal::DriveFault& drive_fault() const noexcept { return drive_fault_; }
-  /// Index of the sensor, where the reason is kSensorLost.
-  int lost_sensor() const noexcept { return lost_sensor_; }
+  /// Why the run stopped. Not while another thread runs the loop.
+  const LatchedFault& latched() const noexcept { return decision_.latched; }
 
  private:
   void advance_phase(const hal::Measurement& measurement, const Snapshot* snapshot, int64_t now_ns) noexcept;
-  void stop_if_demanded(const hal::Measurement& measurement, const CycleInput& cycle,
-                        FaultSet before) noexcept;
+  void find_faults(const hal::Measurement& measurement, const CycleInput& cycle, FaultSet before) noexcept;
+  void serve_operator(const CycleInput& cycle) noexcept;
+  void begin_running(const hal::Measurement& measurement, const Snapshot& snapshot, int64_t now_ns) noexcept;
+  bool ends(const CycleInput& cycle) const noexcept;
   void enter(Phase phase, int64_t now_ns) noexcept;
   void serve_target(const Target* target, const CycleInput& cycle) noexcept;
   void run(const Snapshot& snapshot) noexcept;
@@ -87,12 +85,10 @@ class Controller final : public ControlLaw {
   ActuatorVector velocity_;  // of the last command, m/s or m³/s
   bool any_effort_ = false;  // an actuator follows efforts
   bool has_target_ = false;
-  bool faulted_ = false;
-  Fault stop_reason_ = Fault::kDrives;
-  hal::DriveFault drive_fault_;
-  int lost_sensor_ = -1;
+  bool end_requested_ = false;  // the run shall end, not wait in kStandby
   int64_t phase_since_ns_ = 0;
-  int64_t stop_limit_ns_;  // the longest that coming to a halt can take
+  int64_t resumed_ns_ = 0;  // when kStandby was left: older snapshots and targets belong to another start
+  int64_t stop_limit_ns_;   // the longest that coming to a halt can take
 };
 
 }  // namespace tendril::rt

@@ -22,17 +22,19 @@ struct TraceRecord {
   int64_t page_faults = 0;  ///< of the thread since the loop began, minor and major
   Phase phase = Phase::kConnecting;
   FaultSet faults;
-  bool qp_solved = false;  ///< whether a QP was posed
+  LatchedFault latched;
+  std::array<hal::DrivePower, kMaxActuators> power{};  ///< of the drives' power stages
+  bool qp_solved = false;                              ///< whether a QP was posed
   qp::Status qp_status = qp::Status::kOptimal;
   int qp_iterations = 0;
   uint64_t snapshot_sequence = 0;  ///< 0: none yet
   int64_t snapshot_age_ns = 0;
   hal::SensorReadings sensors;
-  std::array<double, kMaxActuators> command{};            ///< δ_a commanded, m or m³
-  std::array<double, kMaxActuators> measured{};           ///< δ_a measured, m or m³
-  std::array<double, kMaxActuators> lambda{};             ///< N or Pa
-  std::array<double, kMaxEffectorCoordinates> desired{};  ///< m or m³
-  std::array<double, kMaxEffectorCoordinates> p_e{};      ///< the model's, m or m³
+  std::array<double, kMaxActuators> command{};               ///< δ_a commanded, m or m³
+  std::array<double, kMaxActuators> measured{};              ///< δ_a measured, m or m³
+  std::array<double, kMaxActuators> lambda{};                ///< N or Pa
+  std::array<double, kMaxEffectorCoordinates> desired{};     ///< m or m³
+  std::array<double, kMaxEffectorCoordinates> p_e{};         ///< the model's, m or m³
 };
 
 }  // namespace tendril::rt

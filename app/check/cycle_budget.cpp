@@ -91,7 +91,7 @@ class LoopWithDrives {
     return phase_ == rt::Phase::kRunning;
   }
 
-  std::string fault() const { return stack_.master->describe(stack_.controller.drive_fault()); }
+  std::string fault() const { return stack_.master->describe(stack_.controller.latched().drive); }
 
  private:
   int64_t now_ns_ = 1'000'000'000, period_ns_;  // stamps of zero mean "never"

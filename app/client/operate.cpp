@@ -47,6 +47,19 @@ std::string people_read(const std::string& coordinate, const ordered_json& value
   return fmt::format("{:.2f} {}", (volume ? 1e6 : 1e3) * value.get<double>(), volume ? "ml" : "mm");
 }
 
+/// What has stopped the robot and what to do about it, and what is wrong besides; a line each.
+std::string faults_of(const ordered_json& state) {
+  std::string text;
+  if (const ordered_json& fault = state.at("fault"); !fault.is_null())
+    text += fmt::format("stopped {:.0f} s ago: {}\n  {}\n  Then: tendrilctl reset\n",
+                        state.at("time").get<double>() - fault.at("since").get<double>(),
+                        fault.at("what").get<std::string>(), fault.at("do").get<std::string>());
+  else
+    for (const auto& present : state.at("faults"))
+      text += fmt::format("fault: {}\n", present.get<std::string>());
+  return text;
+}
+
 std::string screen_of(const std::string& robot, const ordered_json& state) {
   const auto control = state.at("control").is_null() ? "nobody" : state.at("control").get<std::string>();
   std::string text =
@@ -60,17 +73,18 @@ std::string screen_of(const std::string& robot, const ordered_json& state) {
                           people_read(name, state.at("model").at(name)),
                           people_read(name, measured.is_null() ? measured : measured.at("value")));
     }
-  text += fmt::format("{:20} {:>12} {:>12} {:>12}   (SI units)\n", "", "command", "measured", "effort");
+  text += fmt::format("{:20} {:>12} {:>12} {:>12} {:>8}   (SI units)\n", "", "command", "measured", "effort",
+                      "power");
   for (const auto& [name, actuator] : state.at("actuators").items())
-    text += fmt::format("{:20} {:>12.5g} {:>12.5g} {:>12.5g}\n", name, actuator.at("command").get<double>(),
-                        actuator.at("displacement").get<double>(), actuator.at("effort").get<double>());
+    text += fmt::format("{:20} {:>12.5g} {:>12.5g} {:>12.5g} {:>8}\n", name,
+                        actuator.at("command").get<double>(), actuator.at("displacement").get<double>(),
+                        actuator.at("effort").get<double>(), actuator.at("power").get<std::string>());
   text += fmt::format(
       "QP {} in {} iterations, snapshot {:.1f} ms old, {} of {} cycles late\n",
       state.at("qp").at("status").is_null() ? "-" : state.at("qp").at("status").get<std::string>(),
       state.at("qp").at("iterations").get<int>(), 1e3 * state.at("snapshot_age").get<double>(),
       state.at("late_cycles").get<int64_t>(), state.at("cycles").get<int64_t>());
-  for (const auto& fault : state.at("faults")) text += fmt::format("fault: {}\n", fault.get<std::string>());
-  return text;
+  return text + faults_of(state);
 }
 
 void print_state(const ControlClient& client, const OperateOptions& options, const ordered_json& state) {
@@ -92,6 +106,28 @@ int watch(ControlClient& client, const OperateOptions& options) {
     print_state(client, options, message.at("state"));
   }
   return kOk;
+}
+
+/// Waits until the drives are as they are wanted.
+/// @return  whether they are; false where a fault or a stop signal came first
+bool wait_for_drives(ControlClient& client, bool enabled) {
+  client.ask({{"command", "subscribe"}, {"rate", 20}});
+  // The state before the request may still be on its way.
+  const double asked_s = client.ask({{"command", "status"}}).at("state").at("time").get<double>();
+  while (!stop_signalled()) {
+    const ordered_json message = client.next();
+    if (!message.contains("state")) continue;
+    const ordered_json& state = message.at("state");
+    if (state.at("time").get<double>() <= asked_s) continue;
+    bool off = state.at("phase") == "standby";
+    for (const auto& actuator : state.at("actuators")) off = off && actuator.at("power") != "on";
+    if (enabled ? state.at("phase") == "run" : off) return true;
+    if (enabled && !state.at("fault").is_null()) {
+      fmt::print(stderr, "{}", faults_of(state));
+      return false;
+    }
+  }
+  return false;
 }
 
 /// Waits until the target that is served is at the goal.
@@ -187,6 +223,12 @@ int operate(const OperateOptions& options) {
       print_state(client, options, client.ask({{"command", "status"}}).at("state"));
       return kOk;
     }
+    if (options.command == "faults") {
+      const ordered_json state = client.ask({{"command", "status"}}).at("state");
+      const std::string faults = faults_of(state);
+      fmt::print("{}", faults.empty() ? "no fault\n" : faults);
+      return faults.empty() ? kOk : kCheckFailed;
+    }
     if (options.command == "status" || options.command == "monitor") return watch(client, options);
     client.ask({{"command", "acquire"}, {"steal", options.steal}});
     if (options.command == "target")
@@ -197,6 +239,8 @@ int operate(const OperateOptions& options) {
       client.ask({{"command", "set"}, {"path_rate", options.percent / 100}});
     else
       client.ask({{"command", options.command}});
+    if (options.command == "reset" || options.command == "enable" || options.command == "disable")
+      if (!wait_for_drives(client, options.command != "disable")) return kCheckFailed;
     if (options.command != "stop") client.ask({{"command", "release"}});
     return kOk;
   } catch (const RequestRefused& refusal) {

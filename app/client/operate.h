@@ -9,7 +9,7 @@ namespace tendril::app {
 
 /// What `tendrilctl` is to ask of a running daemon.
 struct OperateOptions {
-  std::string command;               ///< status, monitor, target, play, pause, resume, hold, speed, stop
+  std::string command;               ///< status, faults, monitor, target, play, ..., see tendrilctl --help
   std::filesystem::path socket;      ///< empty: the only one in /run/tendril
   std::vector<double> position_mm;   ///< of target: one a coordinate of the first effector
   std::optional<double> speed_mm_s;  ///< of target

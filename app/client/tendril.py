@@ -134,6 +134,18 @@ class Robot:
         """rate: how fast time passes on the path, 0 to 1"""
         self._ask("set", path_rate=rate)
 
+    def disable(self) -> None:
+        """Brings the robot to a halt and disables its drives; the daemon goes on watching them."""
+        self._ask("disable")
+
+    def enable(self) -> None:
+        """Enables the drives again, where they stand. The robot holds there once its state is in phase "run"."""
+        self._ask("enable")
+
+    def reset(self) -> None:
+        """After a fault, in phase "standby": takes note of it and enables the drives again, as enable() does."""
+        self._ask("reset")
+
     def stop(self) -> None:
         """Ends the run; the drives are disabled."""
         self._ask("stop")

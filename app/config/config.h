@@ -113,6 +113,13 @@ struct ActuatorConfig {
   bool follows_effort() const { return drive.set_point == hal::SetPoint::kEffort; }
 };
 
+/// What a run does once a fault has stopped the robot and its drives are disabled.
+enum class OnFault {
+  kWaitWhereReachable,  ///< waits where an operator can connect, else ends
+  kWait,                ///< for an operator's reset
+  kExit,
+};
+
 /// The two loops: how fast, how long old data serves, and where the effectors may go.
 struct ControlConfig {
   double rate_hz = 600;              // of the control thread
@@ -130,6 +137,7 @@ struct ControlConfig {
   fem::LinearSolverKind model_solver = fem::LinearSolverKind::kDirect;
   fem::Tangent model_tangent = fem::Tangent::kExact;  // of refreshes, not of settling
   rt::StopAction stop = rt::StopAction::kHold;
+  OnFault on_fault = OnFault::kWaitWhereReachable;
   Eigen::Vector3d workspace_min = Eigen::Vector3d::Constant(-1);  // m
   Eigen::Vector3d workspace_max = Eigen::Vector3d::Constant(1);   // m
 };

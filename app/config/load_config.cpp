@@ -46,6 +46,7 @@ void read_control(Reader& r, ControlConfig& control) {
         Words<fem::Tangent>{{"exact", fem::Tangent::kExact}, {"semidefinite", fem::Tangent::kSemidefinite}});
   r.may("stop", control.stop,
         Words<rt::StopAction>{{"hold", rt::StopAction::kHold}, {"relax", rt::StopAction::kRelax}});
+  r.may("on_fault", control.on_fault, Words<OnFault>{{"wait", OnFault::kWait}, {"exit", OnFault::kExit}});
   r.may("workspace", control.workspace_min, control.workspace_max, Dimension::kLength);
 }
 
@@ -89,7 +90,6 @@ void read_bus(Reader& r, BusConfig& bus, Protocols protocols) {
   common.time("enable_timeout", master.enable_timeout_ns, kStartTimeout);
   common.time("heartbeat", master.heartbeat_ns, kHeartbeat);
   common.time("heartbeat_timeout", master.heartbeat_timeout_ns, kHeartbeat);
-  common.time("feedback_timeout", master.feedback_timeout_ns, kHeartbeat);
 }
 
 /// The place of the effector that has that name; one that has positions.

@@ -40,6 +40,14 @@ void log_start(const Config& config, const hal::Bus& bus) {
     spdlog::warn("{}", warning);
 }
 
+bool waits_after_fault(const Config& config, const DaemonOptions& options) {
+  const OnFault on_fault = config.control.on_fault;
+  if (on_fault == OnFault::kWait && options.socket.empty())
+    throw ConfigError(fmt::format(
+        "{}: control.on_fault is wait, and nobody could reset a fault: give --socket", config.file.string()));
+  return on_fault == OnFault::kWait || (on_fault == OnFault::kWaitWhereReachable && !options.socket.empty());
+}
+
 }  // namespace
 
 int run_daemon(const Config& config, const DaemonOptions& options) {
@@ -49,7 +57,8 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   const rt::EffectorVector rest = rest_of_effectors(*robot);
   const bool memory_locked = lock_memory(options.allow_non_rt);
   const auto idle_latency_limit = limit_idle_latency(config.control.idle_latency);
-  const rt::ControllerConfig law = controller_config_for_this_machine(*robot, config);
+  rt::ControllerConfig law = controller_config_for_this_machine(*robot, config);
+  law.waits_after_fault = waits_after_fault(config, options);
   starting.reset();
   std::optional<RunRecorder> recorder;
   if (!options.report.empty()) recorder.emplace(config, options.report);

@@ -9,6 +9,7 @@
 
 #include "app/program/output.h"
 #include "app/program/stop_signal.h"
+#include "app/robot/control_stack.h"
 #include "rt/periodic_clock.h"
 
 namespace tendril::app {
@@ -24,13 +25,15 @@ Housekeeping::Housekeeping(const Config& config, const DaemonOptions& options, r
     : options_(options),
       channels_(channels),
       model_(model),
+      config_(config),
+      master_(master),
       recorder_(recorder),
       service_(service),
       log_(config, master),
       status_(config, rt::now_ns()),
       targets_(config, std::move(rest)),
       status_due_ns_(rt::now_ns() + kStatusInterval_ns) {
-  if (!options.socket.empty()) server_.emplace(options.socket, config, targets_, channels.requests);
+  if (!options.socket.empty()) server_.emplace(options.socket, config, targets_, channels.requests, master);
 }
 
 void Housekeeping::run_once() {
@@ -49,8 +52,14 @@ void Housekeeping::run_once() {
 void Housekeeping::begin_run() {
   if (!channels_.run_starts.fresh()) return;
   const rt::RunStart& start = channels_.run_starts.latest();
-  running_since_ns_ = start.stamp_ns;
+  if (running_since_ns_ == 0) running_since_ns_ = start.stamp_ns;
   targets_.begin(start);
+}
+
+void Housekeeping::note_fault(const rt::LatchedFault& fault) {
+  if (fault.present == !fault_.empty()) return;
+  if (recorder_ && !fault.present) recorder_->add_reset(fault_);
+  fault_ = describe(fault, config_, master_);
 }
 
 void Housekeeping::send_target(int64_t now_ns) {
@@ -78,6 +87,10 @@ void Housekeeping::drain() {
   rt::TraceRecord record;
   while (channels_.trace.pop(record)) {
     begin_run();  // the start of a run is there before its first record
+    if (targets_.begun() && record.phase > rt::Phase::kRunning &&
+        record.intended_ns > channels_.run_starts.latest().stamp_ns)
+      targets_.end();
+    note_fault(record.latched);
     log_.add(record);
     status_.add(record);
     if (recorder_) recorder_->add(record, targets_.undisturbed_path());
@@ -86,13 +99,16 @@ void Housekeeping::drain() {
 }
 
 void Housekeeping::inform_service_manager(int64_t now_ns) {
-  if (running_since_ns_ > 0 && !std::exchange(said_ready_, true)) service_.ready();
-  const bool stops = channels_.progress.phase.load(std::memory_order_acquire) >= rt::Phase::kStopping;
+  const rt::Phase phase = channels_.progress.phase.load(std::memory_order_acquire);
+  // A robot that waits for its operator is ready, too.
+  const bool serves = running_since_ns_ > 0 || phase == rt::Phase::kStandby;
+  if (serves && !std::exchange(said_ready_, true)) service_.ready();
+  const bool stops = channels_.requests.stop || phase >= rt::Phase::kDisabling;
   if (stops && !std::exchange(said_stopping_, true)) service_.stopping();
   service_.feed_watchdog(now_ns, status_.last().cycles);
   if (now_ns < status_due_ns_) return;
   status_due_ns_ = now_ns + kStatusInterval_ns;
-  service_.status(status_.service_line(now_ns, model_.refreshes(), log_.sensor_losses()));
+  service_.status(status_.service_line(now_ns, model_.refreshes(), log_.sensor_losses(), fault_));
   log_.log_stalls();
 }
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "app/config/config.h"
 #include "app/daemon/daemon_options.h"
@@ -41,6 +42,7 @@ class Housekeeping {
  private:
   void drain();
   void begin_run();
+  void note_fault(const rt::LatchedFault& fault);
   void send_target(int64_t now_ns);
   void pass_on_stop(int64_t now_ns);
   void inform_service_manager(int64_t now_ns);
@@ -50,12 +52,15 @@ class Housekeeping {
   const DaemonOptions& options_;
   rt::Channels& channels_;
   const ModelThread& model_;
+  const Config& config_;
+  const hal::DriveMaster& master_;
   RunRecorder* recorder_;
   ServiceManager& service_;
   RunLog log_;
   RunStatus status_;
   TargetSource targets_;
   std::optional<ControlServer> server_;
+  std::string fault_;                                // latched; empty: none
   bool said_ready_ = false, said_stopping_ = false;  // to the service manager
   int64_t running_since_ns_ = 0, status_due_ns_, progress_due_ns_ = 0;
 };

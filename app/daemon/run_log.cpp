@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include "app/operation/fault_advice.h"
+#include "app/robot/control_stack.h"
 #include "hal/sensor/sensor.h"
 
 namespace tendril::app {
@@ -16,6 +18,10 @@ RunLog::RunLog(const Config& config, const hal::DriveMaster& master)
 
 void RunLog::add(const rt::TraceRecord& record) {
   if (record.phase != last_.phase) spdlog::info("phase: {}", rt::name(record.phase));
+  if (record.phase == rt::Phase::kStandby && record.latched.present &&
+      (last_.phase != rt::Phase::kStandby || !last_.latched.present))
+    spdlog::error("stopped, waits for a reset: {}. {}", describe(record.latched, config_, master_),
+                  advice(record.latched));
   if (record.faults.bits() != last_.faults.bits()) log_faults(record.faults, record.intended_ns);
   for (const SensorWatch::Change& change : sensors_.add(record)) log_sensor(change);
   // A real-time thread must do neither: each may wait for the kernel's locks or for a disk.

@@ -83,6 +83,7 @@ void RunRecorder::finish(const RunFacts& facts, const rt::LoopCounts& counts) {
   summary["faults"] = nlohmann::ordered_json::array();
   if (!facts.stop_reason.empty()) summary["faults"].push_back(facts.stop_reason);
   summary["warnings"] = statistics_.warnings();
+  for (const std::string& fault : resets_) summary["warnings"].push_back("stopped, then reset: " + fault);
 
   const bool written = write_text(directory_ / "summary.json", summary.dump(2));
   if (!trace_complete || !written) throw incomplete(directory_);

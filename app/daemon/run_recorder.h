@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/config/config.h"
 #include "app/daemon/run_statistics.h"
@@ -42,6 +43,9 @@ class RunRecorder {
     statistics_.add(record, motion);
   }
 
+  /// A fault has been reset, so that the run goes on.
+  void add_reset(const std::string& fault) { resets_.push_back(fault); }
+
   /// Error of the tip when it was measured last, mm; nothing where it was not, on the path.
   std::optional<double> last_error_mm() const { return statistics_.last_error_mm(); }
 
@@ -59,6 +63,7 @@ class RunRecorder {
   std::filesystem::path directory_;
   TraceFile trace_;
   RunStatistics statistics_;
+  std::vector<std::string> resets_;
 };
 
 }  // namespace tendril::app

@@ -25,7 +25,8 @@ void RunStatus::add(const rt::TraceRecord& record) {
 }
 
 std::string RunStatus::service_line(int64_t now_ns, uint64_t model_refreshes,
-                                    const std::vector<SensorWatch::Losses>& sensors) {
+                                    const std::vector<SensorWatch::Losses>& sensors,
+                                    const std::string& fault) {
   const Counts now{now_ns, last_.cycles - last_.late_cycles, bus_bits_, model_refreshes};
   const double elapsed_s = 1e-9 * static_cast<double>(now.at_ns - before_.at_ns);
   const auto per_second = [&](auto count) { return static_cast<double>(count) / elapsed_s; };
@@ -37,8 +38,9 @@ std::string RunStatus::service_line(int64_t now_ns, uint64_t model_refreshes,
                       on_time_percent(last_),
                       100 * per_second(now.bus_bits - before_.bus_bits) / config_.bus.bitrate,
                       per_second(now.model_refreshes - before_.model_refreshes));
+  if (!fault.empty()) line += "; waits for tendrilctl reset: " + fault;
   for (const rt::FaultRule& rule : rt::kFaultTable)
-    if (last_.faults.has(rule.fault)) line += fmt::format("; {}", rule.words);
+    if (fault.empty() && last_.faults.has(rule.fault)) line += fmt::format("; {}", rule.words);
   for (std::size_t s = 0; s < sensors.size(); ++s)
     if (sensors[s].lost) line += "; " + hal::describe_loss(config_.sensors[s].frame);
   before_ = now;

@@ -26,8 +26,9 @@ class RunStatus {
   /// still shows.
   /// @param model_refreshes  so far
   /// @param sensors          one a sensor
+  /// @param fault            that waits for a reset, a sentence; empty: none
   std::string service_line(int64_t now_ns, uint64_t model_refreshes,
-                           const std::vector<SensorWatch::Losses>& sensors);
+                           const std::vector<SensorWatch::Losses>& sensors, const std::string& fault);
 
   /// The line of the terminal.
   /// @param running_s      how long the drives have followed commands

@@ -19,6 +19,7 @@ std::string cells(const double* coordinates, const std::vector<int>& axes) {
 const char* phase_name(const rt::TraceRecord& record, const Motion* motion) {
   if (record.phase == rt::Phase::kRunning && motion && record.intended_ns < motion->path_start_ns())
     return "approach";
+  if (record.phase == rt::Phase::kStandby) return rt::name(record.phase);
   return record.phase >= rt::Phase::kStopping ? "stop" : rt::name(record.phase);
 }
 

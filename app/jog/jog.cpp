@@ -57,6 +57,7 @@ const rt::Decision& Jog::step(const hal::Measurement& measurement, const rt::Sna
         enter(rt::Phase::kStopped);
       break;
     case Phase::kModelling:  // there is no model
+    case Phase::kStandby:
     case Phase::kStopped:
       break;
   }

@@ -25,8 +25,8 @@ struct CommandRow {
   bool control;  // who asks must have it
 };
 
-const std::array<CommandRow, 11>& commands() {
-  static const std::array<CommandRow, 11> table{{
+const std::array<CommandRow, 14>& commands() {
+  static const std::array<CommandRow, 14> table{{
       {Command::kStatus, "status", {}, false},
       {Command::kSubscribe, "subscribe", {"rate"}, false},
       {Command::kAcquire, "acquire", {"steal"}, false},
@@ -37,6 +37,9 @@ const std::array<CommandRow, 11>& commands() {
       {Command::kResume, "resume", {}, true},
       {Command::kHold, "hold", {}, true},
       {Command::kSet, "set", {"path_rate"}, true},
+      {Command::kDisable, "disable", {}, true},
+      {Command::kEnable, "enable", {}, true},
+      {Command::kReset, "reset", {}, true},
       {Command::kStop, "stop", {}, true},
   }};
   return table;

@@ -39,6 +39,9 @@ enum class Command {
   kResume,
   kHold,
   kSet,
+  kDisable,
+  kEnable,
+  kReset,
   kStop
 };
 

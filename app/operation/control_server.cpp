@@ -29,8 +29,8 @@ std::string text_of(const ordered_json& message) {
 }  // namespace
 
 ControlServer::ControlServer(const std::filesystem::path& path, const Config& config, TargetSource& targets,
-                             rt::Requests& requests)
-    : config_(config), targets_(targets), requests_(requests), robot_(config), server_(path, *this) {
+                             rt::Requests& requests, const hal::DriveMaster& master)
+    : config_(config), targets_(targets), requests_(requests), robot_(config, master), server_(path, *this) {
   spdlog::info("operators connect to {}", path.string());
 }
 
@@ -95,6 +95,16 @@ ordered_json ControlServer::answer(int client, const ControlRequest& request) {
       holder_ = 0;
       spdlog::info("control released by {}", holder_peer_);
       return ordered_json::object();
+    case Command::kDisable:
+      spdlog::info("drives to be disabled, asked for by {}", holder_peer_);
+      requests_.standby = true;
+      return ordered_json::object();
+    case Command::kEnable:
+      enable();
+      return ordered_json::object();
+    case Command::kReset:
+      reset();
+      return ordered_json::object();
     case Command::kStop:
       spdlog::info("stop asked for by {}", holder_peer_);
       requests_.stop = true;
@@ -140,6 +150,22 @@ void ControlServer::acquire(int client, bool steal) {
   }
   holder_ = client;
   holder_peer_ = peer;
+}
+
+void ControlServer::enable() {
+  if (last_.latched.present) throw RequestError("faulted", "a fault has stopped the robot: reset it");
+  spdlog::info("drives to be enabled, asked for by {}", holder_peer_);
+  requests_.standby = false;
+}
+
+void ControlServer::reset() {
+  if (!last_.latched.present) throw RequestError("no_fault", "there is no fault to reset");
+  if (last_.phase != rt::Phase::kStandby)
+    throw RequestError("not_standby",
+                       fmt::format("the robot is in phase '{}'; a fault is reset in phase 'standby'",
+                                   rt::name(last_.phase)));
+  spdlog::info("fault reset by {}", holder_peer_);
+  requests_.reset();
 }
 
 void ControlServer::require_running() const {

@@ -24,10 +24,11 @@ class ControlServer : private LineServer::Listener {
   /// Listens. Keeps references.
   /// @param path      of the socket
   /// @param targets   takes what the client with the control asks for
-  /// @param requests  takes its wish to stop
+  /// @param requests  takes its wish to stop, or to have the drives with or without torque
+  /// @param master    puts faults into words
   /// @throws std::runtime_error as LineServer
   ControlServer(const std::filesystem::path& path, const Config& config, TargetSource& targets,
-                rt::Requests& requests);
+                rt::Requests& requests, const hal::DriveMaster& master);
 
   /// Readable, as of poll(), where serve() has something to do.
   int descriptor() const { return server_.descriptor(); }
@@ -52,6 +53,8 @@ class ControlServer : private LineServer::Listener {
 
   nlohmann::ordered_json answer(int client, const ControlRequest& request);
   void acquire(int client, bool steal);
+  void enable();
+  void reset();
   void aim(const ControlRequest& request, int64_t now_ns);
   void require_running() const;
   nlohmann::ordered_json state() const;

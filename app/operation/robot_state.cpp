@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "app/operation/coordinates.h"
+#include "app/operation/fault_advice.h"
+#include "app/robot/control_stack.h"
 
 namespace tendril::app {
 namespace {
@@ -11,7 +13,8 @@ using nlohmann::ordered_json;
 
 }  // namespace
 
-RobotState::RobotState(const Config& config) : config_(config), coordinates_(coordinate_names(config)) {}
+RobotState::RobotState(const Config& config, const hal::DriveMaster& master)
+    : config_(config), master_(master), coordinates_(coordinate_names(config)) {}
 
 ordered_json RobotState::by_coordinate(const double* values) const {
   auto result = ordered_json::object();
@@ -52,8 +55,10 @@ ordered_json RobotState::describe(const rt::TraceRecord& record) const {
   state["measured"] = measured(record);
   state["actuators"] = ordered_json::object();
   for (std::size_t a = 0; a < config_.actuators.size(); ++a)
-    state["actuators"][config_.actuators[a].name] = {
-        {"command", record.command[a]}, {"displacement", record.measured[a]}, {"effort", record.lambda[a]}};
+    state["actuators"][config_.actuators[a].name] = {{"command", record.command[a]},
+                                                     {"displacement", record.measured[a]},
+                                                     {"effort", record.lambda[a]},
+                                                     {"power", hal::name(record.power[a])}};
   state["qp"] = {{"status", record.qp_solved ? ordered_json(qp::name(record.qp_status)) : ordered_json()},
                  {"iterations", record.qp_iterations}};
   state["snapshot_age"] = 1e-9 * static_cast<double>(record.snapshot_age_ns);
@@ -62,6 +67,11 @@ ordered_json RobotState::describe(const rt::TraceRecord& record) const {
   state["faults"] = ordered_json::array();
   for (const rt::FaultRule& rule : rt::kFaultTable)
     if (record.faults.has(rule.fault)) state["faults"].push_back(rule.words);
+  state["fault"] = nullptr;
+  if (record.latched.present)
+    state["fault"] = {{"what", app::describe(record.latched, config_, master_)},
+                      {"since", 1e-9 * static_cast<double>(record.latched.since_ns)},
+                      {"do", advice(record.latched)}};
   return state;
 }
 

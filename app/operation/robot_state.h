@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/config/config.h"
+#include "hal/drive/drives.h"
 #include "rt/trace_record.h"
 
 namespace tendril::app {
@@ -13,8 +14,9 @@ namespace tendril::app {
 /// docs/control-protocol.md names the keys. Real-time: no.
 class RobotState {
  public:
-  /// Keeps a reference to the configuration.
-  explicit RobotState(const Config& config);
+  /// Keeps references.
+  /// @param master  puts faults into words
+  RobotState(const Config& config, const hal::DriveMaster& master);
 
   nlohmann::ordered_json describe(const rt::TraceRecord& record) const;
 
@@ -25,6 +27,7 @@ class RobotState {
   nlohmann::ordered_json measured(const rt::TraceRecord& record) const;
 
   const Config& config_;
+  const hal::DriveMaster& master_;
   std::vector<std::string> coordinates_;
 };
 

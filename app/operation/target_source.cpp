@@ -12,10 +12,18 @@ TargetSource::TargetSource(const Config& config, rt::EffectorVector rest)
 void TargetSource::begin(const rt::RunStart& start) {
   begun_ = true;
   start_ = start.p_e;
+  if (again_) return stay(start.stamp_ns);
   if (!config_.motion) return;
   path_.emplace(config_, rest_, start);
   mode_ = Mode::kPath;
   clock_ns_ = path_ns_ = start.stamp_ns;
+}
+
+void TargetSource::end() {
+  begun_ = false;
+  again_ = true;
+  undisturbed_ = false;
+  mode_ = Mode::kNone;
 }
 
 std::optional<rt::Target> TargetSource::at(int64_t now_ns) const {
@@ -55,7 +63,10 @@ void TargetSource::aim(int64_t now_ns, const rt::EffectorVector& goal, int64_t d
 }
 
 void TargetSource::hold(int64_t now_ns) {
-  if (mode_ == Mode::kNone) return;
+  if (mode_ != Mode::kNone) stay(now_ns);
+}
+
+void TargetSource::stay(int64_t now_ns) {
   const rt::EffectorVector here = wanted(now_ns);
   aim(now_ns, here, 0, rt::EffectorVector::Zero(here.size()));
   mode_ = Mode::kHold;

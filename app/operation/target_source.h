@@ -27,8 +27,11 @@ class TargetSource {
   /// @param rest  where the coordinates of other effectors than the path's stay, e, m or m³
   TargetSource(const Config& config, rt::EffectorVector rest);
 
-  /// The drives follow commands from now on. Where the robot file has a path, it begins.
+  /// The drives follow commands from now on. At first, where the robot file has a path, it begins; after
+  /// end(), the robot stays where it is.
   void begin(const rt::RunStart& start);
+  /// The drives follow no longer: nothing is wanted until begin().
+  void end();
   bool begun() const { return begun_; }
 
   /// The straight piece of the way that is valid now; none in mode kNone.
@@ -61,6 +64,7 @@ class TargetSource {
   const Motion* undisturbed_path() const { return undisturbed_ && path_ ? &*path_ : nullptr; }
 
  private:
+  void stay(int64_t now_ns);
   int64_t path_time_ns(int64_t now_ns) const;
   rt::Target path_target(int64_t now_ns) const;
   void set_path_clock(int64_t now_ns, double rate);
@@ -68,7 +72,7 @@ class TargetSource {
   const Config& config_;
   rt::EffectorVector rest_;
   rt::EffectorVector start_;  // where the model put the effectors at the start
-  bool begun_ = false, undisturbed_ = true;
+  bool begun_ = false, again_ = false, undisturbed_ = true;
   Mode mode_ = Mode::kNone;
 
   std::optional<Motion> path_;

@@ -1,10 +1,13 @@
 #include "app/program/command_line.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
+#include "app/program/command_line_pages.h"
 #include "app/program/exit_codes.h"
 
 namespace tendril::app {
@@ -136,6 +139,12 @@ CommandLine& CommandLine::add_command(const std::string& name, const std::string
 bool CommandLine::given() const { return app_.parsed(); }
 
 std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
+  const std::string first = argc > 1 ? argv[1] : "", program = std::filesystem::path(argv[0]).filename();
+  if (first == "--print-man-page" || (first == "--print-completion" && argc > 2)) {
+    fmt::print("{}",
+               first == "--print-man-page" ? man_page(app_, program) : completion(app_, program, argv[2]));
+    return kOk;
+  }
   try {
     app_.parse(argc, argv);
     return std::nullopt;

@@ -67,8 +67,10 @@ class CommandLine {
   /// Whether this command was given, after parse().
   bool given() const;
 
-  /// @return  the exit code where the program shall end at once: after --help and --version, and for wrong
-  ///          usage, which has been explained on stderr by then
+  /// @return  the exit code where the program shall end at once: after --help, --version and, for those who
+  /// package
+  ///          it, --print-man-page and --print-completion SHELL; and for wrong usage, which has been
+  ///          explained on stderr by then
   std::optional<int> parse(int argc, const char* const* argv);
 
  private:

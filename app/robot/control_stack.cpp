@@ -14,14 +14,18 @@ ControlStack::ControlStack(const rt::ControllerConfig& law, std::unique_ptr<hal:
       loop(bus, *master, controller, *channels) {}
 
 std::string ControlStack::stop_reason(const Config& config) const {
-  if (!controller.faulted()) return "";
-  switch (controller.stop_reason()) {
+  return describe(controller.latched(), config, *master);
+}
+
+std::string describe(const rt::LatchedFault& fault, const Config& config, const hal::DriveMaster& master) {
+  if (!fault.present) return "";
+  switch (fault.fault) {
     case rt::Fault::kSensorLost:
-      return hal::describe_loss(config.sensors[controller.lost_sensor()].frame);
+      return hal::describe_loss(config.sensors[fault.lost_sensor].frame);
     case rt::Fault::kDrives:
-      return master->describe(controller.drive_fault());
+      return master.describe(fault.drive);
     default:
-      return rt::rule(controller.stop_reason()).words;
+      return rt::rule(fault.fault).words;
   }
 }
 

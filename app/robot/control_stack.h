@@ -12,6 +12,10 @@
 
 namespace tendril::app {
 
+/// A latched fault in a sentence for people; empty where there is none. May be called while another thread
+/// runs the loop. Real-time: no (allocates).
+std::string describe(const rt::LatchedFault& fault, const Config& config, const hal::DriveMaster& master);
+
 /// The control side of a robot, wired: drives, controller, loop and the channels to the other threads. The
 /// same for the daemon, for measurements and in virtual time; they differ in the bus and in who calls the
 /// loop.
@@ -22,7 +26,8 @@ struct ControlStack {
   /// Real-time: no (allocates).
   ControlStack(const rt::ControllerConfig& law, std::unique_ptr<hal::DriveMaster> drives, hal::Bus& bus);
 
-  /// Why the controller stopped, in a sentence for people; empty where it was asked to, or did not.
+  /// Why the controller stopped, in a sentence for people; empty where it was asked to, or did not. Not while
+  /// another thread runs the loop.
   /// @param config  of the robot
   /// Real-time: no (allocates).
   std::string stop_reason(const Config& config) const;

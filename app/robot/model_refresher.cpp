@@ -55,18 +55,20 @@ bool ModelRefresher::settle(const Eigen::VectorXd& delta_a) {
   lambda_ = settled.lambda;
   last_good_x_ = equilibrium_.x();
   settled_at_ = delta_a;
+  moved_by_efforts_ = false;
   return true;
 }
 
 bool ModelRefresher::refresh(const rt::Feedback& feedback, int64_t now_ns, rt::Snapshot& snapshot) {
-  // Until the controller asks for efforts, actuators may still be moved by hand.
-  if (!feedback.efforts_known && feedback.displacements_known && !near_settled(feedback.delta_a) &&
+  // While the controller asks for no efforts, actuators may be moved by hand.
+  if (!feedback.efforts_known && feedback.displacements_known && !rests_at(feedback.delta_a) &&
       !settle(feedback.delta_a))
     return false;
   asked_ = lambda_;
   if (feedback.efforts_known) {
     asked_ = feedback.lambda;
     equilibrium_.advance(asked_);
+    moved_by_efforts_ = true;
   }
   if (equilibrium_.linearise(asked_, tangent_) != fem::LinearisationStatus::kUsable ||
       !fill(equilibrium_.compliance(), asked_, now_ns, snapshot)) {
@@ -81,8 +83,8 @@ bool ModelRefresher::refresh(const rt::Feedback& feedback, int64_t now_ns, rt::S
   return true;
 }
 
-bool ModelRefresher::near_settled(const Eigen::VectorXd& delta_a) const {
-  return ((delta_a - settled_at_).array().abs() < moved_.array()).all();
+bool ModelRefresher::rests_at(const Eigen::VectorXd& delta_a) const {
+  return !moved_by_efforts_ && ((delta_a - settled_at_).array().abs() < moved_.array()).all();
 }
 
 bool ModelRefresher::fill(const fem::Compliance& compliance, const Eigen::VectorXd& lambda, int64_t now_ns,

@@ -29,9 +29,9 @@ class ModelRefresher {
   /// Real-time: no (many refreshes).
   [[nodiscard]] bool settle(const Eigen::VectorXd& delta_a);
 
-  /// Moves the body by one Newton step under the efforts λ (m, N or Pa; those of settle() where the
-  /// controller has none yet), linearises it there and fills the snapshot. [Largilliere 2015, section III,
-  /// steps 2, 3 and 7]
+  /// Moves the body by one Newton step under the efforts λ (m, N or Pa; where the controller has none, those
+  /// of rest at the measured displacements), linearises it there and fills the snapshot. [Largilliere 2015,
+  /// section III, steps 2, 3 and 7]
   /// @return  false if the pose cannot be used; the body is then back at the last good one and the snapshot
   /// is void Real-time: no (time depends on the mesh).
   [[nodiscard]] bool refresh(const rt::Feedback& feedback, int64_t now_ns, rt::Snapshot& snapshot);
@@ -39,20 +39,21 @@ class ModelRefresher {
   const Eigen::VectorXd& x() const { return equilibrium_.x(); }
 
  private:
-  bool near_settled(const Eigen::VectorXd& delta_a) const;
+  bool rests_at(const Eigen::VectorXd& delta_a) const;
   bool fill(const fem::Compliance& compliance, const Eigen::VectorXd& lambda, int64_t now_ns,
             rt::Snapshot& snapshot);
 
   double epsilon_;
   fem::Tangent tangent_;
-  Eigen::VectorXd weights_;       // of the effector coordinates
-  Eigen::VectorXd moved_;         // smallest changes that count, m or m³
-  Eigen::ArrayX<bool> pressure_;  // efforts in Pa, the others are in N
+  Eigen::VectorXd weights_;                   // of the effector coordinates
+  Eigen::VectorXd moved_;                     // smallest changes that count, m or m³
+  Eigen::ArrayX<bool> pressure_;              // efforts in Pa, the others are in N
   fem::Equilibrium equilibrium_;
   Eigen::VectorXd lambda_;  // efforts at the last good pose
   Eigen::VectorXd asked_;   // efforts of the present refresh
   Eigen::VectorXd last_good_x_;
-  Eigen::VectorXd settled_at_;  // displacements of the last settle, m or m³
+  Eigen::VectorXd settled_at_;     // displacements of the last settle, m or m³
+  bool moved_by_efforts_ = false;  // since then
   uint64_t sequence_ = 0;
 };
 

@@ -15,7 +15,8 @@ namespace {
 
 constexpr auto kRetryInterval = std::chrono::milliseconds(1);
 constexpr auto kLongestRest = std::chrono::milliseconds(20);  // before it looks whether it shall end
-// After so many failed refreshes without a single good one there will be no first snapshot.
+// After so many failed refreshes in a row while the drives have no torque, there will be no snapshot to start
+// from.
 constexpr uint64_t kFailuresAllowed = 100;
 
 }  // namespace
@@ -47,41 +48,44 @@ double ModelThread::mean_rate_hz() const {
   return active_ns > 0 ? 1e9 * static_cast<double>(refreshes()) / static_cast<double>(active_ns) : 0;
 }
 
+void ModelThread::run() {
+  while (!quit_) {
+    try {
+      if (settle()) refresh();
+    } catch (const std::exception& error) {  // out of memory
+      spdlog::error("the model failed: {}", error.what());
+    }
+    if (quit_) return;
+    channels_.requests.model_failed = true;
+    while (!quit_ && channels_.requests.model_failed) std::this_thread::sleep_for(kLongestRest);
+  }
+}
+
 /// Waits for the drives' displacements and brings the body to rest there.
 bool ModelThread::settle() {
   while (!quit_) {
     const rt::Feedback& feedback = channels_.feedback.latest();
-    if (feedback.displacements_known) {
-      if (refresher_.settle(feedback.delta_a)) return true;
-      channels_.requests.model_failed = true;
-      return false;
-    }
+    if (feedback.displacements_known) return refresher_.settle(feedback.delta_a);
     std::this_thread::sleep_for(kRetryInterval);
   }
   return false;
 }
 
-void ModelThread::run() {
-  try {
-    if (settle()) refresh();
-  } catch (const std::exception& error) {  // out of memory
-    spdlog::error("the model thread ended: {}", error.what());
-    channels_.requests.model_failed = true;
-  }
-}
-
+/// Until the model has failed, or shall end.
 void ModelThread::refresh() {
-  first_ns_ = rt::now_ns();
-  last_ns_ = first_ns_.load();
+  last_ns_ = rt::now_ns();
+  if (first_ns_ == 0) first_ns_ = last_ns_.load();
   const int64_t period_ns = rate_limit_hz_ > 0 ? std::llround(1e9 / rate_limit_hz_) : 0;
-  while (!quit_) {
+  for (uint64_t in_a_row = 0; !quit_;) {
     const int64_t begin_ns = rt::now_ns();
-    if (refresher_.refresh(channels_.feedback.latest(), begin_ns, channels_.snapshots.back())) {
+    const rt::Feedback& feedback = channels_.feedback.latest();
+    if (refresher_.refresh(feedback, begin_ns, channels_.snapshots.back())) {
       channels_.snapshots.publish();
       ++refreshes_;
+      in_a_row = 0;
     } else {
       ++failures_;  // the last good snapshot serves until its age limit
-      if (refreshes_ == 0 && failures_ >= kFailuresAllowed) channels_.requests.model_failed = true;
+      if (++in_a_row >= kFailuresAllowed && !feedback.efforts_known) return;
       std::this_thread::sleep_for(kRetryInterval);
     }
     last_ns_ = rt::now_ns();

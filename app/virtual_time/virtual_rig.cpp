@@ -23,6 +23,7 @@ int64_t period_ns(double rate_hz) { return std::llround(1e9 / rate_hz); }
 /// In the one loop a command may go as far as the drives get in a period of that loop.
 rt::ControllerConfig law(const Config& config, const VirtualSettings& settings) {
   rt::ControllerConfig result = controller_config(config);
+  result.waits_after_fault = config.control.on_fault == OnFault::kWait;
   if (settings.synchronous) result.period_s = 1 / settings.model_rate_hz;
   return result;
 }
@@ -131,7 +132,7 @@ void VirtualRig::begin_refresh() {
 }
 
 void VirtualRig::send_target() {
-  if (targets_stalled_ || !motion_ || settings_.synchronous) return;
+  if (targets_stalled_ || !motion_ || settings_.synchronous || phase_ != rt::Phase::kRunning) return;
   stack_.channels->targets.back() = motion_->at(now_ns_);
   stack_.channels->targets.publish();
 }

@@ -6,6 +6,18 @@
 
 namespace tendril::hal {
 
+const char* name(DrivePower power) noexcept {
+  switch (power) {
+    case DrivePower::kOff:
+      return "off";
+    case DrivePower::kOn:
+      return "on";
+    case DrivePower::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
 const char* name(FaultKind kind) noexcept {
   switch (kind) {
     case FaultKind::kNone:

@@ -69,6 +69,9 @@ enum class DrivePower : uint8_t {
   kUnknown  // the drive is out of reach
 };
 
+/// "off", "on", "unknown". Real-time: yes.
+const char* name(DrivePower power) noexcept;
+
 /// The state of drives and sensors at one instant.
 struct Measurement {
   int64_t stamp_ns = 0;  // instant of `measure`

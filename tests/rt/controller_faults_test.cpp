@@ -100,8 +100,8 @@ TEST_CASE("Late cycles stop the run only when there are too many in a row", "[un
   CHECK(rig.step().phase == Phase::kRunning);
   rig.cycle.late_in_a_row = rig.config.late_cycles_limit;
   CHECK(rig.step().phase == Phase::kStopping);
-  CHECK(rig.controller.faulted());
-  CHECK(rig.controller.stop_reason() == Fault::kLateCycles);
+  CHECK(rig.controller.latched().present);
+  CHECK(rig.controller.latched().fault == Fault::kLateCycles);
   rig.cycle.late_in_a_row = 0;
   CHECK(rig.step().phase >= Phase::kStopping);  // latched
 }
@@ -113,8 +113,8 @@ TEST_CASE("A drive fault latches the reason and the fault of the drive", "[unit]
   CHECK(rig.step().phase == Phase::kStopping);
   rig.measurement.fault = {hal::FaultKind::kBusOff, -1, 0, 0};  // what follows does not overwrite it
   rig.step();
-  CHECK(rig.controller.stop_reason() == Fault::kDrives);
-  CHECK(rig.controller.drive_fault().kind == hal::FaultKind::kHeartbeatLost);
+  CHECK(rig.controller.latched().fault == Fault::kDrives);
+  CHECK(rig.controller.latched().drive.kind == hal::FaultKind::kHeartbeatLost);
 }
 
 TEST_CASE("The loss of a required sensor stops the run, and which one it was is kept", "[unit]") {
@@ -126,9 +126,9 @@ TEST_CASE("The loss of a required sensor stops the run, and which one it was is 
   CHECK(lost.faults.has(Fault::kSensorLost));
   rig.measurement.sensors.lost = -1;  // it is back: that comes too late
   rig.step_until(Phase::kStopped);
-  CHECK(rig.controller.faulted());
-  CHECK(rig.controller.stop_reason() == Fault::kSensorLost);
-  CHECK(rig.controller.lost_sensor() == 3);
+  CHECK(rig.controller.latched().present);
+  CHECK(rig.controller.latched().fault == Fault::kSensorLost);
+  CHECK(rig.controller.latched().lost_sensor == 3);
 }
 
 TEST_CASE("No drive is enabled before the required sensors are fresh", "[unit]") {

@@ -35,7 +35,7 @@ TEST_CASE("A stop takes the speed out on a ramp before the drives are disabled",
   CHECK(ramp > 10);
   CHECK(rig.step().phase == Phase::kStopped);
   CHECK_FALSE(rig.step().command.enable);
-  CHECK_FALSE(rig.controller.faulted());
+  CHECK_FALSE(rig.controller.latched().present);
 }
 
 TEST_CASE("A stop that relaxes lets the cable out to its rest length and never beyond it", "[law]") {

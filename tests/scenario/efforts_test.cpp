@@ -167,9 +167,9 @@ TEST_CASE("A cable that breaks on an axis of efforts stops the robot, its winch 
   rig.run_for(1.5);
   rig.drives().inject({.kind = PlantFaultKind::kCut, .axis = 0});
   REQUIRE(rig.run_until(Phase::kStopped, kStoppedWithin_s));
-  CHECK(rig.controller().stop_reason() == rt::Fault::kDrives);
-  CHECK(rig.controller().drive_fault().kind == hal::FaultKind::kOutOfRange);
-  CHECK_THAT(rig.master().describe(rig.controller().drive_fault()),
+  CHECK(rig.controller().latched().fault == rt::Fault::kDrives);
+  CHECK(rig.controller().latched().drive.kind == hal::FaultKind::kOutOfRange);
+  CHECK_THAT(rig.master().describe(rig.controller().latched().drive),
              Contains("axis 0 'right'") && Contains("left its range of displacements"));
   const ActuatorConfig& cut = config.actuators[0];
   const double margin = 0.02 * (cut.displacement_max - cut.displacement_min);
@@ -196,7 +196,7 @@ TEST_CASE("A stop holds the efforts, or lets them go before the drives are disab
   REQUIRE(before_N > 0.4);
   rig.requests().stop = true;
   REQUIRE(rig.run_until(Phase::kDisabling, 5));
-  CHECK_FALSE(rig.controller().faulted());
+  CHECK_FALSE(rig.controller().latched().present);
   CHECK(rig.trace().back().lambda[0] == (stop == rt::StopAction::kHold ? before_N : 0.1));
   REQUIRE(rig.run_until(Phase::kStopped, kStoppedWithin_s));
   for (int a = 0; a < 2; ++a) CHECK(rig.drives().drive(a).power_stage() == hal::PowerStage::kOff);

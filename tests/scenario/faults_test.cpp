@@ -147,7 +147,7 @@ TEST_CASE("Late cycles in a row stop the robot, one fewer does not", "[scenario]
   CHECK(run.rig.phase() == Phase::kRunning);
   run.rig.overrun_control(limit);
   REQUIRE(run.rig.run_until(Phase::kStopped, kStoppedWithin_s));
-  CHECK(run.rig.controller().stop_reason() == Fault::kLateCycles);
+  CHECK(run.rig.controller().latched().fault == Fault::kLateCycles);
   run.check_limits();
 }
 
@@ -168,9 +168,9 @@ TEST_CASE("A robot that vanishes from the bus makes the controller stop with the
   run.rig.plant_plug().set_plugged(false);
   REQUIRE(run.rig.run_until(Phase::kStopping, testing::heartbeat_timeout_s(run.config) + kNoticedWithin_s));
   REQUIRE(run.rig.run_until(Phase::kStopped, 2 * kStoppedWithin_s));
-  CHECK(run.rig.controller().faulted());
-  CHECK(run.rig.controller().stop_reason() == Fault::kDrives);
-  CHECK_THAT(run.rig.master().describe(run.rig.controller().drive_fault()),
+  CHECK(run.rig.controller().latched().present);
+  CHECK(run.rig.controller().latched().fault == Fault::kDrives);
+  CHECK_THAT(run.rig.master().describe(run.rig.controller().latched().drive),
              Contains("right") && Contains("node 1") && Contains("lost"));
   run.check_limits();
   CHECK(run.rig.heap_calls() == 0);
@@ -180,8 +180,8 @@ TEST_CASE("A drive's fault stops all drives, and the reason names it", "[scenari
   Running run;
   run.rig.drives().drive(1).overheat();
   REQUIRE(run.rig.run_until(Phase::kStopped, kStoppedWithin_s));
-  CHECK(run.rig.controller().stop_reason() == Fault::kDrives);
-  const hal::DriveFault& fault = run.rig.controller().drive_fault();
+  CHECK(run.rig.controller().latched().fault == Fault::kDrives);
+  const hal::DriveFault& fault = run.rig.controller().latched().drive;
   CHECK(fault.kind == hal::FaultKind::kDriveFault);
   CHECK(fault.axis == 1);
   CHECK_THAT(run.rig.master().describe(fault), Contains("left"));
@@ -197,7 +197,7 @@ TEST_CASE("A bus that goes off ends the run with the reason", "[scenario]") {
   Running run;
   run.rig.controller_plug().set_health(health);
   REQUIRE(run.rig.run_until(Phase::kStopped, 2 * kStoppedWithin_s));
-  CHECK(run.rig.controller().drive_fault().kind == kind);
+  CHECK(run.rig.controller().latched().drive.kind == kind);
 }
 
 TEST_CASE("A model that gives up ends the run before any drive is enabled", "[scenario]") {
@@ -207,7 +207,7 @@ TEST_CASE("A model that gives up ends the run before any drive is enabled", "[sc
   REQUIRE(rig.run_until(Phase::kModelling, 3));
   rig.requests().model_failed = true;
   REQUIRE(rig.run_until(Phase::kStopped, 3));
-  CHECK(rig.controller().stop_reason() == Fault::kModelFailed);
+  CHECK(rig.controller().latched().fault == Fault::kModelFailed);
   for (const rt::TraceRecord& record : rig.trace()) CHECK(record.phase != Phase::kEnabling);
 }
 

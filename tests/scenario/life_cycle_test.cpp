@@ -37,7 +37,7 @@ TEST_CASE("A request to stop ramps the motion down, holds, and disables every dr
   rig.run_for(1);
   rig.requests().stop = true;
   REQUIRE(rig.run_until(Phase::kStopped, kStoppedWithin_s));
-  CHECK_FALSE(rig.controller().faulted());
+  CHECK_FALSE(rig.controller().latched().present);
   rig.run_for(0.05);
   for (int a = 0; a < 2; ++a) CHECK(rig.drives().drive(a).power_stage() == hal::PowerStage::kOff);
   CHECK(testing::within_limits(config, rig.trace()));
@@ -63,7 +63,7 @@ TEST_CASE("A request to stop before the drives are enabled ends the run without 
   REQUIRE(rig.run_until(phase, kStartedWithin_s));
   rig.requests().stop = true;
   REQUIRE(rig.run_until(Phase::kStopped, 3));
-  CHECK_FALSE(rig.controller().faulted());
+  CHECK_FALSE(rig.controller().latched().present);
   CHECK(rig.displacements().delta_a == PlantDisplacements{}.delta_a);
 }
 

@@ -91,18 +91,18 @@ TEST_CASE(
   SECTION("asked to stop") {
     rig.requests().stop = true;
     REQUIRE(rig.run_until(Phase::kStopped, kStoppedWithin_s));
-    CHECK_FALSE(rig.controller().faulted());
+    CHECK_FALSE(rig.controller().latched().present);
   }
   SECTION("an alarm") {
     rig.drives().inject({.kind = PlantFaultKind::kDriveFault, .axis = 1, .value = 1});
     REQUIRE(rig.run_until(Phase::kStopped, kStoppedWithin_s));
-    REQUIRE(rig.controller().faulted());
-    CHECK_THAT(rig.master().describe(rig.controller().drive_fault()), Contains("'left'"));
+    REQUIRE(rig.controller().latched().present);
+    CHECK_THAT(rig.master().describe(rig.controller().latched().drive), Contains("'left'"));
   }
   SECTION("silence") {
     rig.plant_plug().set_plugged(false);
     REQUIRE(rig.run_until(Phase::kStopped, kStoppedWithin_s));
-    CHECK(rig.controller().drive_fault().kind == hal::FaultKind::kFeedbackLost);
+    CHECK(rig.controller().latched().drive.kind == hal::FaultKind::kFeedbackLost);
   }
   for (int a = 0; a < 2; ++a) CHECK(rig.drives().drive(a).power_stage() != hal::PowerStage::kOn);
 }

@@ -34,10 +34,10 @@ struct Running {
   /// The run ends within its limits, with all drives off; what it says of the reason.
   hal::DriveFault stop() {
     REQUIRE(rig.run_until(Phase::kStopped, kStoppedWithin_s));
-    CHECK(rig.controller().stop_reason() == rt::Fault::kDrives);
+    CHECK(rig.controller().latched().fault == rt::Fault::kDrives);
     CHECK(testing::within_limits(config, rig.trace()));
     CHECK(rig.heap_calls() == 0);
-    return rig.controller().drive_fault();
+    return rig.controller().latched().drive;
   }
   Config config;
   VirtualRig rig;
@@ -91,7 +91,7 @@ TEST_CASE("A few lost frames, or frames that are late by a few cycles, stop noth
   run.inject(line);
   run.rig.run_for(1);
   CHECK(run.rig.phase() == Phase::kRunning);
-  CHECK_FALSE(run.rig.controller().faulted());
+  CHECK_FALSE(run.rig.controller().latched().present);
   CHECK(testing::within_limits(run.config, run.rig.trace()));
 }
 
@@ -196,7 +196,7 @@ TEST_CASE("A robot file plans faults, counted from when the robot is ready", "[s
   const double stopped_s = 1e-9 * static_cast<double>(rig.now_ns() - start_ns);
   CHECK(stopped_s > 2.5);
   CHECK(stopped_s < 2.5 + testing::heartbeat_timeout_s(config) + 0.05);
-  CHECK_THAT(rig.master().describe(rig.controller().drive_fault()), Contains("heartbeat lost"));
+  CHECK_THAT(rig.master().describe(rig.controller().latched().drive), Contains("heartbeat lost"));
 }
 
 TEST_CASE("A robot that is on no bus from the start ends the run before any drive is enabled", "[scenario]") {
@@ -205,7 +205,7 @@ TEST_CASE("A robot that is on no bus from the start ends the run before any driv
   config.plant->faults = {{.kind = PlantFaultKind::kBusOff}};
   VirtualRig rig(config, {});
   REQUIRE(rig.run_until(Phase::kStopped, 12));
-  CHECK(rig.controller().drive_fault().kind ==
+  CHECK(rig.controller().latched().drive.kind ==
         (protocol == "odrive" ? FaultKind::kStartTimeout : FaultKind::kConfiguration));
   for (const rt::TraceRecord& record : rig.trace()) REQUIRE(record.phase != Phase::kEnabling);
 }

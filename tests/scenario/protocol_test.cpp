@@ -54,7 +54,7 @@ TEST_CASE("A request to stop disables every ODrive axis", "[scenario]") {
   rig.run_for(1);
   rig.requests().stop = true;
   REQUIRE(rig.run_until(Phase::kStopped, 1));
-  CHECK_FALSE(rig.controller().faulted());
+  CHECK_FALSE(rig.controller().latched().present);
   for (int a = 0; a < 2; ++a) CHECK(rig.drives().drive(a).power_stage() == hal::PowerStage::kOff);
   CHECK(testing::within_limits(config, rig.trace()));
 }
@@ -82,8 +82,8 @@ TEST_CASE("An ODrive axis' fault stops all axes, and the reason names it", "[sce
   rig.run_for(0.8);
   rig.drives().drive(1).overheat();
   REQUIRE(rig.run_until(Phase::kStopped, 1.5));
-  CHECK(rig.controller().stop_reason() == rt::Fault::kDrives);
-  CHECK_THAT(rig.master().describe(rig.controller().drive_fault()),
+  CHECK(rig.controller().latched().fault == rt::Fault::kDrives);
+  CHECK_THAT(rig.master().describe(rig.controller().latched().drive),
              Contains("'left' (node 2)") && Contains("over-temperature"));
   rig.run_for(0.1);
   CHECK(rig.drives().drive(0).power_stage() == hal::PowerStage::kOff);

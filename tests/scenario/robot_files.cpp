@@ -57,7 +57,8 @@ Config on_efforts(Config config, const std::vector<int>& axes) {
 
 bool within_limits(const Config& config, const std::vector<rt::TraceRecord>& trace) {
   for (size_t k = 1; k < trace.size(); ++k) {
-    if (trace[k].phase < rt::Phase::kRunning) continue;
+    // Drives without torque are told where they stand.
+    if (trace[k].phase < rt::Phase::kRunning || trace[k].phase == rt::Phase::kStandby) continue;
     for (size_t a = 0; a < config.actuators.size(); ++a) {
       const ActuatorConfig& actuator = config.actuators[a];
       const double rounding = kRounding * actuator.top_rate;

@@ -120,8 +120,8 @@ TEST_CASE("A sensor that may not be lost stops the robot within its timeout", "[
   CHECK(noticed_s > timeout_s - 0.02);
   CHECK(noticed_s < timeout_s + kNoticedWithin_s);
   REQUIRE(run.rig.run_until(Phase::kStopped, kStoppedWithin_s));
-  CHECK(run.rig.controller().stop_reason() == Fault::kSensorLost);
-  CHECK(run.rig.controller().lost_sensor() == 1);
+  CHECK(run.rig.controller().latched().fault == Fault::kSensorLost);
+  CHECK(run.rig.controller().latched().lost_sensor == 1);
   CHECK(testing::within_limits(run.config, run.rig.trace()));
   CHECK(run.rig.heap_calls() == 0);
 }
@@ -131,7 +131,7 @@ TEST_CASE("No drive is enabled where a sensor that may not be lost is never hear
   config.plant->faults = {parse_plant_fault("sensor load_cells off", config)};
   VirtualRig rig(config, {});
   REQUIRE(rig.run_until(Phase::kStopped, 8));
-  CHECK(rig.controller().stop_reason() == Fault::kSensorLost);
+  CHECK(rig.controller().latched().fault == Fault::kSensorLost);
   for (const rt::TraceRecord& record : rig.trace()) CHECK(record.phase != Phase::kEnabling);
 }
 

@@ -94,9 +94,9 @@ TEST_CASE("A drive that is dragged out of its following-error window stops the r
       0.03;  // of 9 mm
   VirtualRig rig(config, {});
   REQUIRE(rig.run_until(Phase::kStopped, 3 + kStoppedWithin_s));
-  CHECK(rig.controller().stop_reason() == rt::Fault::kDrives);
-  CHECK(rig.controller().drive_fault().axis == 0);
-  CHECK(rig.controller().drive_fault().code == kStrayed);
+  CHECK(rig.controller().latched().fault == rt::Fault::kDrives);
+  CHECK(rig.controller().latched().drive.axis == 0);
+  CHECK(rig.controller().latched().drive.code == kStrayed);
   CHECK(testing::within_limits(config, rig.trace()));
 }
 

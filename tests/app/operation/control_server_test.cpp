@@ -20,6 +20,16 @@ Config robot() {
   return config;
 }
 
+/// Has no drives, but words for their faults.
+struct NoDrives final : hal::DriveMaster {
+  std::vector<uint32_t> identifiers() const override { return {}; }
+  void receive(const hal::Frame&, int64_t) noexcept override {}
+  const hal::Measurement& measure(hal::BusHealth, int64_t) noexcept override { return measurement; }
+  void command(const hal::Command&, int64_t, hal::FrameBatch&) noexcept override {}
+  std::string describe(const hal::DriveFault& fault) const override { return hal::name(fault.kind); }
+  hal::Measurement measurement;
+};
+
 /// A robot that runs, as far as the server can tell.
 struct Bench {
   Bench() {
@@ -38,7 +48,8 @@ struct Bench {
   Config config = robot();
   TargetSource targets{config, rt::EffectorVector::Zero(2)};
   rt::Requests requests;
-  ControlServer server{path, config, targets, requests};
+  NoDrives drives;
+  ControlServer server{path, config, targets, requests, drives};
   rt::TraceRecord record;
 };
 
@@ -152,6 +163,41 @@ TEST_CASE("A robot that does not run takes no targets", "[unit]") {
   bench.record.phase = rt::Phase::kStopping;
   bench.server.add(bench.record);
   CHECK(client.code(kGo) == "not_running");
+}
+
+TEST_CASE("A fault that stops the robot is told with what to do, and reset once it stands", "[unit]") {
+  Bench bench;
+  bench.run();
+  Client client(bench);
+  client.ask({{"command", "acquire"}});
+  CHECK(client.code({{"command", "reset"}}) == "no_fault");
+  bench.record.intended_ns = 2'500'000'000;
+  bench.record.latched = {true, rt::Fault::kDrives, {hal::FaultKind::kBusOff}, -1, 2'000'000'000};
+  bench.record.phase = rt::Phase::kStopping;
+  bench.server.add(bench.record);
+  CHECK(client.code({{"command", "reset"}}) == "not_standby");
+  bench.record.phase = rt::Phase::kStandby;
+  bench.server.add(bench.record);
+  const json fault = client.ask({{"command", "status"}}).at("state").at("fault");
+  CHECK(fault.at("what") == hal::name(hal::FaultKind::kBusOff));
+  CHECK(fault.at("since") == 2.0);
+  CHECK_THAT(fault.at("do").get<std::string>(), Catch::Contains("terminations"));
+  CHECK(client.code({{"command", "enable"}}) == "faulted");
+  CHECK(client.code(kGo) == "not_running");
+  CHECK(bench.requests.resets == 0);
+  CHECK(client.code({{"command", "reset"}}) == "ok");
+  CHECK(bench.requests.resets == 1);
+}
+
+TEST_CASE("Drives are disabled and enabled by whoever has the control, in any phase", "[unit]") {
+  Bench bench;
+  Client client(bench);
+  CHECK(client.code({{"command", "disable"}}) == "no_control");
+  client.ask({{"command", "acquire"}});
+  CHECK(client.code({{"command", "disable"}}) == "ok");
+  CHECK(bench.requests.standby);
+  CHECK(client.code({{"command", "enable"}}) == "ok");
+  CHECK_FALSE(bench.requests.standby);
 }
 
 TEST_CASE("The path is played, paused and slowed by its commands, and the run ended", "[unit]") {

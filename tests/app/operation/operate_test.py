@@ -201,6 +201,47 @@ class OperateTest(unittest.TestCase):
                 thread.join()
         self.assertEqual(robot.status()["mode"], "hold")
 
+    def test_a_fault_waits_for_a_reset_and_nothing_moves_at_it(self):
+        robot = self.robot()
+        robot.acquire()
+        name = robot.coordinates[0]
+        goal = {name: robot.status()["model"][name] + 0.002}
+        robot.target(goal, within=0.2)
+        self.comes_to(robot, goal)
+        self.assertEqual(self.ctl("faults").stdout, "no fault\n")
+        self.plant.say("fault left emcy 0x2310")
+        state = next(state for state in robot.states(rate=100) if state["phase"] == "standby")
+        self.assertIn("'left'", state["fault"]["what"])
+        self.assertIn("EMCY 2310", state["fault"]["what"])
+        told = self.ctl("faults")
+        self.assertEqual(told.returncode, 1)
+        self.assertIn(state["fault"]["do"], told.stdout)
+        with self.assertRaises(Refused) as refusal:
+            robot.target(goal)
+        self.assertEqual(refusal.exception.code, "not_running")
+        self.assertIn("waits for a reset", self.daemon.said())
+        stood = next(s for s in robot.states(rate=100) if all(a["power"] == "off" for a in s["actuators"].values()))
+        robot.release()
+        reset = self.ctl("reset")
+        self.assertEqual(reset.returncode, 0, reset.stderr)
+        state = robot.status()
+        self.assertEqual((state["phase"], state["mode"], state["fault"]), ("run", "hold", None))
+        for actuator, then in stood["actuators"].items():
+            self.assertAlmostEqual(state["actuators"][actuator]["command"], then["displacement"], delta=1e-5)
+        robot.acquire()
+        robot.target(goal, within=0.2)
+        self.comes_to(robot, goal)
+
+    def test_drives_are_disabled_and_enabled(self):
+        self.assertEqual(self.ctl("disable").returncode, 0)
+        robot = self.robot()
+        state = robot.status()
+        self.assertEqual(state["phase"], "standby")
+        self.assertIsNone(state["fault"])
+        self.assertEqual({a["power"] for a in state["actuators"].values()}, {"off"})
+        self.assertEqual(self.ctl("enable").returncode, 0)
+        self.assertEqual(robot.status()["phase"], "run")
+
     def test_zz_stop_ends_the_daemon_with_its_drives_off(self):
         robot = self.robot()
         self.assertEqual(self.ctl("stop").returncode, 0)
