@@ -209,7 +209,7 @@ class OperateTest(unittest.TestCase):
         robot.target(goal, within=0.2)
         self.comes_to(robot, goal)
         self.assertEqual(self.ctl("faults").stdout, "no fault\n")
-        self.plant.say("fault left emcy 0x2310")
+        self.plant.write_line("fault left emcy 0x2310")
         state = next(state for state in robot.states(rate=100) if state["phase"] == "standby")
         self.assertIn("'left'", state["fault"]["what"])
         self.assertIn("EMCY 2310", state["fault"]["what"])

@@ -14,12 +14,17 @@ namespace tendril::app::faults_test {
 /// @param told     identifiers of the frames in which drives say so
 /// @param stopped  whether a frame says that a drive has; one question a drive
 void check_death(Workbench& bench, const std::vector<uint32_t>& told, const std::vector<Question>& stopped) {
-  Process daemon(bench.daemon());
-  require_running(daemon, bench);
-  Ear ear(bench.bus(), told);
-  daemon.send(SIGKILL);
-  CHECK(daemon.wait() == -SIGKILL);
-  CHECK(ear.hears(stopped));
+  // Drives say it once, and a listener that the machine holds up for long misses it.
+  bool heard = false;
+  for (int attempt = 0; attempt < 3 && !heard; ++attempt) {
+    Process daemon(bench.daemon());
+    require_running(daemon, bench);
+    Ear ear(bench.bus(), told);
+    daemon.send(SIGKILL);
+    CHECK(daemon.wait() == -SIGKILL);
+    heard = ear.hears(stopped);
+  }
+  CHECK(heard);
   const Ended next = run(bench.daemon({"--duration", "1"}));
   INFO(next.err << bench.plant().err());
   CHECK(next.code == 0);
