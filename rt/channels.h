@@ -17,7 +17,7 @@ using TraceRing = SpscRing<TraceRecord, 4096>;
 /// The first cycle in which the drives follow commands, as the path to follow must begin there.
 struct RunStart {
   int64_t stamp_ns = 0;  ///< its instant
-  EffectorVector p_e;    ///< where the model puts the effectors, e, m or m³
+  EffectorVector p_e;    ///< where the model, corrected by sensors, puts the effectors, e, m or m³
 };
 
 /// Flags by which other threads reach the control thread.

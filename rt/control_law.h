@@ -57,7 +57,8 @@ struct Decision {
   ActuatorVector lambda;        ///< efforts the command stands for, m, N or Pa
   bool efforts_active = false;  ///< drives may exert lambda already, so that the model is to follow it
   EffectorVector desired;       ///< target served, e, m or m³
-  EffectorVector p_e;  ///< where the model puts the effectors under lambda, e, m or m³
+  EffectorVector p_e;  ///< where the model, corrected by sensors, puts the effectors under lambda, e, m or m³
+  EffectorVector correction;  ///< of p_e by sensors, e, m or m³; empty: there is none
   bool qp_solved = false;     ///< whether a QP was posed in this cycle
   qp::Status qp_status = qp::Status::kOptimal;
   int qp_iterations = 0;

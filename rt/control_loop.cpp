@@ -34,6 +34,7 @@ void fill(TraceRecord& record, int64_t now_ns, const hal::Measurement& measureme
     record.desired[e] = decision.desired[e];
     record.p_e[e] = decision.p_e[e];
   }
+  for (Eigen::Index e = 0; e < decision.correction.size(); ++e) record.correction[e] = decision.correction[e];
 }
 
 void fill(Feedback& feedback, int64_t now_ns, const hal::Measurement& measurement,

@@ -28,7 +28,9 @@ bool inside(const EffectorVector& p, const EffectorVector& lower, const Effector
 }  // namespace
 
 Controller::Controller(const ControllerConfig& config)
-    : config_(config), problem_(config.a_min, config.a_max, config.iteration_cap) {
+    : config_(config),
+      problem_(config.a_min, config.a_max, config.iteration_cap),
+      observer_(config.feedback, config.effector_coordinates) {
   const auto m = config.actuators;
   delta_a_.setZero(m);
   velocity_.setZero(m);
@@ -40,6 +42,7 @@ Controller::Controller(const ControllerConfig& config)
   }
   decision_.desired.setZero(config.effector_coordinates);
   decision_.p_e.setZero(config.effector_coordinates);
+  decision_.correction.setZero(config.effector_coordinates);
   const double relaxing_s =
       ((config.l_max - config.l_min).array() / (kRelaxShare * config.v_max.array())).maxCoeff();
   stop_limit_ns_ =
@@ -56,6 +59,7 @@ const Decision& Controller::step(const hal::Measurement& measurement, const Snap
   decision_.command.reset = false;
   find_faults(measurement, cycle, before);
   serve_operator(cycle);
+  if (snapshot) correct(measurement, *snapshot, cycle);
   const bool was_running = decision_.phase == Phase::kRunning;
   advance_phase(measurement, snapshot, cycle.now_ns);
   switch (decision_.phase) {
@@ -67,7 +71,7 @@ const Decision& Controller::step(const hal::Measurement& measurement, const Snap
     case Phase::kStandby:
       hold_measured(measurement, snapshot);
       if (!snapshot) break;
-      decision_.p_e.noalias() = snapshot->W_ea * decision_.lambda + snapshot->p_e_free;
+      locate_effectors(*snapshot);
       decision_.desired = decision_.p_e;
       break;
     case Phase::kRunning:  // the first command that drives follow is what they have measured
@@ -199,9 +203,23 @@ void Controller::begin_running(const hal::Measurement& measurement, const Snapsh
   enter(Phase::kRunning, now_ns);
   hold_measured(measurement, &snapshot);
   velocity_.setZero();
-  decision_.p_e.noalias() = snapshot.W_ea * decision_.lambda + snapshot.p_e_free;
+  locate_effectors(snapshot);
   decision_.desired = decision_.p_e;
   has_target_ = false;
+}
+
+void Controller::locate_effectors(const Snapshot& snapshot) noexcept {
+  decision_.p_e.noalias() = snapshot.W_ea * decision_.lambda + snapshot.p_e_free;
+  decision_.p_e += decision_.correction;
+}
+
+/// Compares what has been measured with what the model says of that instant.
+void Controller::correct(const hal::Measurement& measurement, const Snapshot& snapshot,
+                         const CycleInput& cycle) noexcept {
+  const bool exerted = decision_.efforts_active;  // else the body rests under the efforts of the snapshot
+  observer_.step(measurement, exerted ? decision_.lambda : snapshot.lambda, snapshot,
+                 cycle.now_ns + cycle.wakeup_ns);
+  decision_.correction = observer_.disturbance();
 }
 
 void Controller::serve_target(const Target* target, const CycleInput& cycle) noexcept {
@@ -224,7 +242,7 @@ void Controller::run(const Snapshot& snapshot) noexcept {
   if (decision_.snapshot_age_ns > config_.snapshot_age_limit_ns) decision_.faults.add(Fault::kSnapshotStale);
   if (has_target_ && !decision_.faults.demand(Reaction::kHalt)) solve(snapshot);
   if (!has_target_ || decision_.faults.demand(Reaction::kHalt)) brake(false);
-  decision_.p_e.noalias() = snapshot.W_ea * decision_.lambda + snapshot.p_e_free;
+  locate_effectors(snapshot);
   if (!has_target_) decision_.desired = decision_.p_e;
 }
 
@@ -234,7 +252,8 @@ void Controller::solve(const Snapshot& snapshot) noexcept {
   const ActuatorVector reach = config_.v_max * config_.period_s;
   const ActuatorVector lower = config_.l_min.cwiseMax(delta_a_ - reach).cwiseMin(delta_a_ + reach);
   const ActuatorVector upper = config_.l_max.cwiseMin(delta_a_ + reach).cwiseMax(delta_a_ - reach);
-  const qp::Solution& solution = problem_.solve(snapshot, decision_.desired, lower, upper, decision_.lambda);
+  const EffectorVector aim = decision_.desired - decision_.correction;
+  const qp::Solution& solution = problem_.solve(snapshot, aim, lower, upper, decision_.lambda);
   decision_.qp_solved = true;
   decision_.qp_status = solution.status;
   decision_.qp_iterations = solution.iterations;

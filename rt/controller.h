@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "rt/control_law.h"
+#include "rt/disturbance_observer.h"
 #include "rt/inverse_problem.h"
 
 namespace tendril::rt {
@@ -29,6 +30,7 @@ struct ControllerConfig {
   int64_t target_age_limit_ns = 0;
   int late_cycles_limit = std::numeric_limits<int>::max();  ///< so many in a row end the run
   StopAction stop = StopAction::kHold;
+  ObserverConfig feedback;         ///< of measured effectors; none measured: open loop
   bool waits_after_fault = false;  ///< for a reset, in kStandby; else a fault ends the run
 };
 
@@ -67,6 +69,9 @@ class Controller final : public ControlLaw {
   bool ends(const CycleInput& cycle) const noexcept;
   void enter(Phase phase, int64_t now_ns) noexcept;
   void serve_target(const Target* target, const CycleInput& cycle) noexcept;
+  void correct(const hal::Measurement& measurement, const Snapshot& snapshot,
+               const CycleInput& cycle) noexcept;
+  void locate_effectors(const Snapshot& snapshot) noexcept;
   void run(const Snapshot& snapshot) noexcept;
   void solve(const Snapshot& snapshot) noexcept;
   void brake(bool relax) noexcept;
@@ -80,6 +85,7 @@ class Controller final : public ControlLaw {
 
   ControllerConfig config_;
   InverseProblem problem_;
+  DisturbanceObserver observer_;
   Decision decision_;
   ActuatorVector delta_a_;   // last command, m or m³
   ActuatorVector velocity_;  // of the last command, m/s or m³/s

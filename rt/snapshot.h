@@ -23,11 +23,12 @@ using CouplingMatrix =
 /// Units follow the kinds: an effort is in N where its displacement is in m, in Pa where it is in m³; an
 /// effector coordinate is in m, or in m³ for the volume of a cavity.
 struct Snapshot {
-  uint64_t sequence = 0;        ///< 1 for the first
-  int64_t stamp_ns = 0;         ///< when the pose was read, CLOCK_MONOTONIC
-  CouplingMatrix W_ea;          ///< e × m, coordinate's unit / effort's unit
-  CouplingMatrix D_W_ea;        ///< e × m: each row of W_ea times the square of its coordinate's weight
-  qp::Matrix W_aa;              ///< m × m, displacement's unit / effort's unit
+  uint64_t sequence = 0;  ///< 1 for the first
+  int64_t stamp_ns = 0;   ///< when the pose was read, CLOCK_MONOTONIC
+  CouplingMatrix W_ea;    ///< e × m, coordinate's unit / effort's unit
+  CouplingMatrix D_W_ea;  ///< e × m: each row of W_ea times the square of its coordinate's weight
+  qp::Matrix W_aa;        ///< m × m, displacement's unit / effort's unit
+  CouplingMatrix G_ea;    ///< e × m, ∂p_e/∂δ_a of drives that follow displacements, see ModelRefresher
   ActuatorVector delta_a_free;  ///< m, m or m³
   EffectorVector p_e_free;      ///< e, m or m³
   ActuatorVector lambda;        ///< efforts at the pose, m, N or Pa: the start of the first solve

@@ -34,7 +34,8 @@ struct TraceRecord {
   std::array<double, kMaxActuators> measured{};              ///< δ_a measured, m or m³
   std::array<double, kMaxActuators> lambda{};                ///< N or Pa
   std::array<double, kMaxEffectorCoordinates> desired{};     ///< m or m³
-  std::array<double, kMaxEffectorCoordinates> p_e{};         ///< the model's, m or m³
+  std::array<double, kMaxEffectorCoordinates> p_e{};         ///< the model's, corrected by sensors, m or m³
+  std::array<double, kMaxEffectorCoordinates> correction{};  ///< of it by sensors, m or m³
 };
 
 }  // namespace tendril::rt

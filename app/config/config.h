@@ -136,6 +136,9 @@ struct ControlConfig {
   double model_rate_limit_hz = 0;    // 0: as fast as it can
   fem::LinearSolverKind model_solver = fem::LinearSolverKind::kDirect;
   fem::Tangent model_tangent = fem::Tangent::kExact;  // of refreshes, not of settling
+  bool feedback = false;                              // positions that sensors measure correct the model's
+  double feedback_time = 0.08;                        // s, time constant of the correction
+  double feedback_limit = 0.03;                       // m; a larger one is taken for a sensor's mistake
   rt::StopAction stop = rt::StopAction::kHold;
   OnFault on_fault = OnFault::kWaitWhereReachable;
   Eigen::Vector3d workspace_min = Eigen::Vector3d::Constant(-1);  // m

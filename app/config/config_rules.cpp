@@ -167,6 +167,14 @@ void check_motion(const Value& robot, const Config& config) {
   }
 }
 
+void check_feedback(const Value& robot, const Config& config) {
+  if (!config.control.feedback) return;
+  for (const SensorConfig& sensor : config.sensors)
+    for (const MeasuredConfig& measured : sensor.measures)
+      if (measured.effector >= 0) return;
+  robot.at("control").at("feedback").fail("off, as no sensor measures an effector");
+}
+
 }  // namespace
 
 void check_rules(const Value& robot, const Config& config) {
@@ -176,6 +184,7 @@ void check_rules(const Value& robot, const Config& config) {
   check_material(robot, config);
   check_actuators(robot, config);
   check_sensors(robot, config);
+  check_feedback(robot, config);
   check_drives(robot, config);
   check_motion(robot, config);
 }

@@ -46,6 +46,9 @@ void read_control(Reader& r, ControlConfig& control) {
         Words<fem::Tangent>{{"exact", fem::Tangent::kExact}, {"semidefinite", fem::Tangent::kSemidefinite}});
   r.may("stop", control.stop,
         Words<rt::StopAction>{{"hold", rt::StopAction::kHold}, {"relax", rt::StopAction::kRelax}});
+  r.may("feedback", control.feedback, Words<bool>{{"off", false}, {"on", true}});
+  r.may("feedback_time", control.feedback_time, Dimension::kTime, Range{.at_least = 1e-3, .at_most = 60});
+  r.may("feedback_limit", control.feedback_limit, Dimension::kLength, kPositive);
   r.may("on_fault", control.on_fault, Words<OnFault>{{"wait", OnFault::kWait}, {"exit", OnFault::kExit}});
   r.may("workspace", control.workspace_min, control.workspace_max, Dimension::kLength);
 }
@@ -90,6 +93,7 @@ void read_bus(Reader& r, BusConfig& bus, Protocols protocols) {
   common.time("enable_timeout", master.enable_timeout_ns, kStartTimeout);
   common.time("heartbeat", master.heartbeat_ns, kHeartbeat);
   common.time("heartbeat_timeout", master.heartbeat_timeout_ns, kHeartbeat);
+  common.time("feedback_timeout", master.feedback_timeout_ns, kHeartbeat);
 }
 
 /// The place of the effector that has that name; one that has positions.

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 namespace tendril::app {
 namespace {
@@ -10,6 +13,11 @@ namespace {
 constexpr double kRestAccuracy = 1e-9;  // m
 // An actuator that stands further than this from where it stood before the start has been moved.
 constexpr double kMoved = 1e-3;  // s at its top rate
+
+// Of the strongest combination of displacements.
+constexpr double kWeakest = 1e-4;
+// A cable with so little of its largest tension is slack.
+constexpr double kSlackShare = 1e-3;
 
 /// ‖M‖∞, the largest absolute row sum.
 double infinity_norm(const qp::Matrix& M) { return M.cwiseAbs().rowwise().sum().maxCoeff(); }
@@ -30,12 +38,36 @@ double error_per_joule(const qp::Matrix& H, const qp::Matrix& W_aa, const Eigen:
   return infinity_norm(scaled_H) / infinity_norm(scaled_W);
 }
 
+rt::CouplingMatrix effectors_per_displacement(const rt::CouplingMatrix& W_ea, const qp::Matrix& W_aa,
+                                              const Eigen::ArrayX<bool>& prescribed) {
+  std::vector<Eigen::Index> p;
+  for (Eigen::Index a = 0; a < prescribed.size(); ++a)
+    if (prescribed[a]) p.push_back(a);
+  rt::CouplingMatrix G = rt::CouplingMatrix::Zero(W_ea.rows(), W_ea.cols());
+  if (p.empty()) return G;
+  // In units that put ½ J into each actuator.
+  const Eigen::VectorXd scale = Eigen::VectorXd(W_aa.diagonal()(p)).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd W_pp = scale.asDiagonal() * Eigen::MatrixXd(W_aa(p, p)) * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(W_pp);
+  const Eigen::VectorXd& value = modes.eigenvalues();
+  Eigen::VectorXd inverse = Eigen::VectorXd::Zero(value.size());
+  for (Eigen::Index k = 0; k < value.size(); ++k)
+    if (value[k] > kWeakest * value[value.size() - 1]) inverse[k] = 1 / value[k];
+  const Eigen::MatrixXd& V = modes.eigenvectors();
+  G(Eigen::all, p) = Eigen::MatrixXd(W_ea(Eigen::all, p)) * scale.asDiagonal() * V * inverse.asDiagonal() *
+                     V.transpose() * scale.asDiagonal();
+  return G;
+}
+
 ModelRefresher::ModelRefresher(const Robot& robot, const Config& config)
     : epsilon_(config.control.epsilon),
       tangent_(config.control.model_tangent),
       weights_(robot.constraints.effector_coordinates()),
       moved_(robot.constraints.actuators()),
       pressure_(robot.constraints.actuators()),
+      feedback_(!measured_coordinates(config).empty()),
+      follows_displacement_(robot.constraints.actuators()),
+      slack_(robot.constraints.actuators()),
       equilibrium_(robot.model, robot.constraints, config.control.model_solver),
       lambda_(Eigen::VectorXd::Zero(robot.constraints.actuators())),
       last_good_x_(robot.model.rest()),
@@ -44,7 +76,11 @@ ModelRefresher::ModelRefresher(const Robot& robot, const Config& config)
   for (size_t r = 0; r < rows.size(); ++r) weights_[static_cast<Eigen::Index>(r)] = rows[r].weight;
   for (Eigen::Index a = 0; a < moved_.size(); ++a) {
     moved_[a] = kMoved * config.actuators[a].top_rate;
-    pressure_[a] = config.actuators[a].is_cavity();
+    const ActuatorConfig& actuator = config.actuators[a];
+    pressure_[a] = actuator.is_cavity();
+    follows_displacement_[a] = !actuator.follows_effort();
+    slack_[a] = actuator.effort_min < 0 ? -std::numeric_limits<double>::infinity()
+                                        : kSlackShare * actuator.effort_max;
   }
 }
 
@@ -100,6 +136,9 @@ bool ModelRefresher::fill(const fem::Compliance& compliance, const Eigen::Vector
   snapshot.W_ea = compliance.W_ea;
   snapshot.D_W_ea = weights_.asDiagonal() * weighed;
   snapshot.W_aa = compliance.W_aa;
+  if (feedback_)
+    snapshot.G_ea = effectors_per_displacement(compliance.W_ea, compliance.W_aa,
+                                               follows_displacement_ && lambda.array() > slack_);
   snapshot.delta_a_free = compliance.delta_a_free;
   snapshot.p_e_free = compliance.p_e_free;
   snapshot.lambda = lambda;

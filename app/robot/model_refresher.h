@@ -16,6 +16,15 @@ namespace tendril::app {
 /// @param pressure  which efforts are in Pa, the others are in N; m
 double error_per_joule(const qp::Matrix& H, const qp::Matrix& W_aa, const Eigen::ArrayX<bool>& pressure);
 
+/// ∂p_e/∂δ_a of the drives that prescribe displacements, the efforts of all others being held:
+/// W_ep W_pp⁻¹ in their columns p, 0 in the others. Combinations of them that hardly move anything, as of
+/// cables side by side, are left out.
+/// @param prescribed  which actuators' displacements are, and hold against the body, m
+/// @return            e × m
+/// Real-time: no (allocates).
+rt::CouplingMatrix effectors_per_displacement(const rt::CouplingMatrix& W_ea, const qp::Matrix& W_aa,
+                                              const Eigen::ArrayX<bool>& prescribed);
+
 /// What the model thread does between reading feedback and publishing a snapshot.
 class ModelRefresher {
  public:
@@ -48,6 +57,9 @@ class ModelRefresher {
   Eigen::VectorXd weights_;                   // of the effector coordinates
   Eigen::VectorXd moved_;                     // smallest changes that count, m or m³
   Eigen::ArrayX<bool> pressure_;              // efforts in Pa, the others are in N
+  bool feedback_;                             // effectors are measured, for which snapshots need G_ea
+  Eigen::ArrayX<bool> follows_displacement_;  // of the drives
+  Eigen::ArrayXd slack_;  // an effort that is as low is none, N or Pa; -∞ where it may push
   fem::Equilibrium equilibrium_;
   Eigen::VectorXd lambda_;  // efforts at the last good pose
   Eigen::VectorXd asked_;   // efforts of the present refresh

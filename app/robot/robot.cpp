@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -143,6 +144,24 @@ std::vector<EffectorRow> effector_rows(const Config& config) {
   return rows;
 }
 
+std::vector<rt::MeasuredCoordinate> measured_coordinates(const Config& config) {
+  std::vector<rt::MeasuredCoordinate> result;
+  if (!config.control.feedback) return result;
+  const auto rows = effector_rows(config);
+  int signal = 0;
+  for (std::size_t s = 0; s < config.sensors.size(); ++s)
+    for (const MeasuredConfig& measured : config.sensors[s].measures) {
+      const auto row = std::find_if(rows.begin(), rows.end(), [&](const EffectorRow& r) {
+        return measured.actuator < 0 && static_cast<int>(r.effector) == measured.effector &&
+               r.axis == measured.axis;
+      });
+      if (row != rows.end())
+        result.push_back({static_cast<int>(row - rows.begin()), static_cast<int>(s), signal});
+      ++signal;
+    }
+  return result;
+}
+
 rt::ControllerConfig controller_config(const Config& config) {
   const auto m = static_cast<Eigen::Index>(config.actuators.size());
   const auto rows = effector_rows(config);
@@ -173,6 +192,8 @@ rt::ControllerConfig controller_config(const Config& config) {
   result.target_age_limit_ns = nanoseconds(config.control.target_age_limit);
   result.late_cycles_limit = config.control.late_cycles_limit;
   result.stop = config.control.stop;
+  result.feedback = {measured_coordinates(config), result.period_s, config.control.feedback_time,
+                     config.control.feedback_limit};
   return result;
 }
 

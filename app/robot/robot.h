@@ -59,4 +59,8 @@ struct EffectorRow {
 };
 std::vector<EffectorRow> effector_rows(const Config& config);
 
+/// Controlled coordinates that a sensor measures, in metres, where the robot file asks for feedback.
+/// Real-time: no.
+std::vector<rt::MeasuredCoordinate> measured_coordinates(const Config& config);
+
 }  // namespace tendril::app

@@ -34,6 +34,7 @@ inline void fill_snapshot(Snapshot& snapshot, int64_t now_ns) {
   snapshot.W_ea.setConstant(1, 1, kCoupling);
   snapshot.D_W_ea = snapshot.W_ea;
   snapshot.W_aa.setConstant(1, 1, kCompliance);
+  snapshot.G_ea.setConstant(1, 1, kCoupling / kCompliance);
   snapshot.delta_a_free.setConstant(1, kFree);
   snapshot.p_e_free.setZero(1);
   snapshot.lambda.setConstant(1, -kFree / kCompliance);  // at rest with the length at rest
