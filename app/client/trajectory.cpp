@@ -41,21 +41,34 @@ std::optional<double> number(const std::string& text) {
 /// A column of the header: "tip.x [mm]".
 struct Column {
   std::string name;
+  Dimension dimension;
   double si = 1;  // of one of its units
 };
 
 Column column_of(const std::string& cell, const std::string& where) {
   const std::size_t bracket = cell.find('[');
-  if (bracket == std::string::npos) return {cell, 1};
-  Column column{trimmed(cell.substr(0, bracket)), 1};
-  const Dimension dimension = column.name == "t"                 ? Dimension::kTime
-                              : column.name.ends_with(".volume") ? Dimension::kVolume
-                                                                 : Dimension::kLength;
+  const std::string name = bracket == std::string::npos ? cell : trimmed(cell.substr(0, bracket));
+  const Dimension dimension = name == "t"                 ? Dimension::kTime
+                              : name.ends_with(".volume") ? Dimension::kVolume
+                                                          : Dimension::kLength;
+  Column column{name, dimension, 1};
+  if (bracket == std::string::npos) return column;
   const std::string unit = trimmed(cell.substr(bracket + 1, cell.rfind(']') - bracket - 1));
   if (!cell.ends_with("]") || !parse_quantity("1 " + unit, dimension, std::span(&column.si, 1)))
     throw ConfigError(fmt::format("{}: '{}' has no unit that is known, such as {}", where, cell,
                                   describe_quantity(1, dimension)));
   return column;
+}
+
+/// A cell in the SI unit. Differences and products of values that a robot can have stay finite.
+double value_of(const std::string& cell, const Column& column, const std::string& where) {
+  const auto value = number(cell);
+  if (!value) throw ConfigError(fmt::format("{}: '{}' is no finite number", where, cell));
+  const double greatest = magnitudes_of(column.dimension).greatest;
+  if (std::abs(*value * column.si) > greatest)
+    throw ConfigError(
+        fmt::format("{}: '{}' is beyond {:g} {}", where, cell, greatest, si_unit(column.dimension)));
+  return *value * column.si;
 }
 
 }  // namespace
@@ -88,11 +101,7 @@ Trajectory::Trajectory(const std::filesystem::path& file, const std::vector<std:
       throw ConfigError(
           fmt::format("{}: {} values, where the header has {} columns", where, cells.size(), columns.size()));
     std::vector<double> values;
-    for (std::size_t k = 0; k < cells.size(); ++k) {
-      const auto value = number(cells[k]);
-      if (!value) throw ConfigError(fmt::format("{}: '{}' is no finite number", where, cells[k]));
-      values.push_back(*value * columns[k].si);
-    }
+    for (std::size_t k = 0; k < cells.size(); ++k) values.push_back(value_of(cells[k], columns[k], where));
     if (!times_.empty() && values.front() <= times_.back())
       throw ConfigError(fmt::format("{}: t = {:g} s is not after the row before it", where, values.front()));
     times_.push_back(values.front());

@@ -55,6 +55,9 @@ TEST_CASE("A table that is no trajectory is refused with its line", "[unit]") {
       {"t,tip.x\n0,nan\n", ":2", "'nan' is no finite number"},
       {"t,tip.x\n0,0.1 mm\n", ":2", "no finite number"},
       {"t,tip.x\n0,0\n0,1\n", ":3", "not after the row before"},
+      {"t,tip.x [mm]\n0,1e308\n", ":2", "'1e308' is beyond 1000 m"},
+      {"t,chamber.volume\n0,-1e4\n", ":2", "'-1e4' is beyond 1000 m^3"},
+      {"t [ms],tip.x\n-1e308,0\n1e308,0\n", ":2", "'-1e308' is beyond 1e+06 s"},
   }));
   CAPTURE(text);
   const File file(text);
