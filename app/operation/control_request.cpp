@@ -51,13 +51,15 @@ const std::array<CommandRow, 14>& commands() {
 /// exhaust the stack.
 json parse(std::string_view line) {
   constexpr int kDeepest = 32;
-  int depth = 0;
-  for (const char letter : line) {
-    if (letter == '[' || letter == '{') ++depth;
-    if (letter == ']' || letter == '}') --depth;
-    if (depth > kDeepest) return json(json::value_t::discarded);
-  }
-  return json::parse(line, nullptr, false);
+  bool too_deep = false;
+  const json::parser_callback_t keep = [&](int depth, json::parse_event_t event, json&) {
+    const bool opens =
+        event == json::parse_event_t::object_start || event == json::parse_event_t::array_start;
+    too_deep = too_deep || (opens && depth >= kDeepest);
+    return !too_deep;
+  };
+  const json value = json::parse(line, keep, false);
+  return too_deep ? json(json::value_t::discarded) : value;
 }
 
 const CommandRow& row_of(const json& request) {

@@ -148,8 +148,12 @@ void LineServer::hand_over_lines(int number, Client& client) {
     const std::size_t end = client.in.find('\n', begin);
     if (end == std::string::npos) break;
     client.spoke = true;
-    if (!std::exchange(client.skipping, false))
-      listener_.received(number, std::string_view(client.in).substr(begin, end - begin));
+    if (!std::exchange(client.skipping, false)) {
+      if (end - begin < kMaxLine)
+        listener_.received(number, std::string_view(client.in).substr(begin, end - begin));
+      else
+        listener_.too_long(number);
+    }
     begin = end + 1;
   }
   client.in.erase(0, begin);

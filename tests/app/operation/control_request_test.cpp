@@ -144,6 +144,17 @@ TEST_CASE("A line may be nested, but not so deeply that reading it exhausts the 
   CHECK(code_of(nested(30'000)) == "bad_json");
   CHECK(code_of(std::string(60'000, '[')) == "bad_json");
   CHECK(id_of(nested(30'000)).is_null());
+  CHECK(code_of(R"({"command": "status", "id": "[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[["})") == "");
+}
+
+TEST_CASE("Brackets in a text hide no depth", "[unit]") {
+  const auto nested = [](std::size_t depth) {
+    return R"({"command": "status", "id": ["]]]]]]]]", )" + std::string(depth, '[') +
+           std::string(depth, ']') + "]}";
+  };
+  CHECK(code_of(nested(30)) == "");
+  CHECK(code_of(nested(31)) == "bad_json");
+  CHECK(id_of(nested(31)).is_null());
 }
 
 }  // namespace tendril::app::control_request_test

@@ -86,6 +86,27 @@ TEST_CASE("A line that is too long is told of once and skipped, whatever follows
   CHECK(bench.heard.lines[0].second == "next");
 }
 
+TEST_CASE("A line is too long also where its end comes with the piece that makes it so", "[unit]") {
+  Bench bench;
+  LineClient client(bench.path);
+  const auto send = [&](std::size_t size) {
+    for (std::size_t sent = 0; sent < size;) {
+      sent += client.send(std::string(size - sent, 'x'));
+      bench.serve();
+    }
+  };
+  send(LineServer::kMaxLine - 1);
+  client.send("\n");
+  bench.serve();
+  send(LineServer::kMaxLine - 1);
+  client.send("x\nnext\n");
+  bench.serve();
+  CHECK(bench.heard.long_ones.size() == 1);
+  REQUIRE(bench.heard.lines.size() == 2);
+  CHECK(bench.heard.lines[0].second.size() == LineServer::kMaxLine - 1);
+  CHECK(bench.heard.lines[1].second == "next");
+}
+
 TEST_CASE("A client that does not read loses lines and holds up nobody", "[unit]") {
   Bench bench;
   LineClient deaf(bench.path), other(bench.path);
