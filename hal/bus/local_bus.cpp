@@ -132,6 +132,9 @@ class Inbox {
   Moved fill(int fd) noexcept {
     const Moved moved = read_packet(fd, load_);
     if (moved != Moved::kYes) load_.bytes = 0;
+    // A peer may claim any instant. Nothing arrives after it is read, and no age may overflow.
+    int64_t& stamp_ns = load_.packet.stamp_ns;
+    if (moved == Moved::kYes) stamp_ns = std::clamp<int64_t>(stamp_ns, 0, read_clock_ns(CLOCK_MONOTONIC));
     next_ = 0;
     return moved;
   }

@@ -13,6 +13,7 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <thread>
@@ -150,6 +151,23 @@ TEST_CASE("Frames of every length up to 64 bytes cross a local bus together, who
   for (Bus* bus : {host.get(), other.get()}) {
     REQUIRE(bus->receive(received) == static_cast<int>(sent.size()));
     CHECK(std::equal(sent.begin(), sent.end(), received.begin()));
+  }
+}
+
+TEST_CASE("A frame on a local bus arrives before it is read, whatever its sender says", "[unit]") {
+  const SocketPath at;
+  const auto host = open_bus(at.name(), BusRole::kHost), joiner = open_bus(at.name(), BusRole::kJoin);
+  const RawJoiner raw(at);
+  const int64_t stamp_ns = GENERATE(INT64_MIN, -1, INT64_MAX);
+  std::array<char, 8 + 16> packet{};  // a stamp and a frame without data
+  std::memcpy(packet.data(), &stamp_ns, sizeof stamp_ns);
+  Frame frame;
+  CHECK_FALSE(host->receive(frame));
+  REQUIRE(::send(raw.fd, packet.data(), packet.size(), MSG_NOSIGNAL) > 0);
+  for (Bus* bus : {host.get(), joiner.get()}) {
+    REQUIRE(wait_for(*bus, frame));
+    CHECK(frame.stamp_ns >= 0);
+    CHECK(frame.stamp_ns <= now_ns());
   }
 }
 
