@@ -62,6 +62,7 @@ void OdriveAxis::monitor_motion(int64_t arrival_ns) noexcept {
 
 void OdriveAxis::supervise(int64_t now_ns, int64_t last_sync_ns) noexcept {
   if (stage_since_ns_ == 0) stage_since_ns_ = now_ns;
+  silent_ = now_ns - std::max(heartbeat_ns_, stage_since_ns_) > config_.heartbeat_timeout_ns;
   if (stage_ == Stage::kListening) {
     if (heartbeat_ns_ != 0 && position_stamp_ns_ != 0)
       stage_ = Stage::kRunning;
@@ -69,7 +70,7 @@ void OdriveAxis::supervise(int64_t now_ns, int64_t last_sync_ns) noexcept {
       fail(FaultKind::kStartTimeout, heartbeat_ns_ != 0);
   }
   if (stage_ != Stage::kRunning || fault_.kind != FaultKind::kNone) return;
-  if (now_ns - heartbeat_ns_ > config_.heartbeat_timeout_ns) return fail(FaultKind::kHeartbeatLost, 0);
+  if (silent_) return fail(FaultKind::kHeartbeatLost, 0);
   if (last_sync_ns - position_stamp_ns_ > config_.feedback_timeout_ns)
     return fail(FaultKind::kFeedbackLost, 0);
   const bool enabling = phase_ == Phase::kPreparing || phase_ == Phase::kEnteringClosedLoop;
@@ -194,7 +195,7 @@ void OdriveAxis::restart() noexcept {
   stage_ = Stage::kListening;
   stage_since_ns_ = heartbeat_ns_ = position_stamp_ns_ = cleared_ns_ = 0;
   phase_ = Phase::kOff;
-  following_ = false;
+  following_ = silent_ = false;
   fault_ = {};
 }
 
@@ -212,7 +213,7 @@ DrivePower OdriveAxis::power() const noexcept {
   const bool was_requested = phase_ != Phase::kOff || requested_state_ == kOdriveClosedLoop;
   const bool says_off = heartbeat_.state == kOdriveIdle || heartbeat_.state == kOdriveUndefined;
   if (says_off && !was_requested) return DrivePower::kOff;
-  return fault_.kind == FaultKind::kHeartbeatLost ? DrivePower::kUnknown : DrivePower::kOn;
+  return silent_ ? DrivePower::kUnknown : DrivePower::kOn;
 }
 
 void OdriveAxis::fail(FaultKind kind, uint32_t code) noexcept { fail({.kind = kind, .code = code}); }

@@ -117,6 +117,7 @@ class OdriveAxis {
   int64_t stage_since_ns_ = 0;  // 0: supervision has not begun
   OdriveHeartbeat heartbeat_;   // the last
   int64_t heartbeat_ns_ = 0;    // its arrival; 0: none yet
+  bool silent_ = false;         // for longer than the time-out, whatever else is wrong
   int64_t cleared_ns_ = 0;      // heartbeat after which errors were last cleared
 
   Phase phase_ = Phase::kOff;

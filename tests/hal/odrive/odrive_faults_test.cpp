@@ -66,6 +66,22 @@ TEST_CASE("An ODrive axis that falls silent is a fault with its name, and the ot
   CHECK_FALSE(rig.faulted());
 }
 
+TEST_CASE("A run ends also while an ODrive axis is silent, and its power counts as unknown", "[unit]") {
+  EnabledOdriveRig rig(odrive_config_of(4));
+  rig.plugs[2]->set_plugged(false);
+  REQUIRE(rig.fault().kind == FaultKind::kFeedbackLost);  // its heartbeats are missed later
+  if (GENERATE(false, true)) {
+    rig.command.reset = true;  // and it does not come back
+    rig.cycle();
+    rig.command.reset = false;
+  }
+  rig.command.enable = false;
+  rig.command.finish = true;
+  CHECK(rig.run_until([&] { return rig.measured.finished; }));
+  CHECK(rig.measured.power[2] == DrivePower::kUnknown);
+  CHECK(rig.measured.power[0] == DrivePower::kOff);
+}
+
 TEST_CASE("A missing heartbeat and missing positions are each noticed where the other goes on", "[unit]") {
   const auto [id, kind] =
       GENERATE(std::pair{0x21u, FaultKind::kHeartbeatLost}, std::pair{0x29u, FaultKind::kFeedbackLost});
