@@ -48,6 +48,38 @@ TEST_CASE("A mesh that no model can stand on is refused with the culprits' numbe
   CHECK_THAT(refusal([] { check(Mesh{}); }), Contains("no tetrahedra"));
 }
 
+TEST_CASE("A tetrahedron is flat by its volume against its longest edge, in any size and place", "[unit]") {
+  const double size = GENERATE(1e-3, 1.0, 1e3), place = GENERATE(0.0, 5.0);
+  const auto said = [&](const Eigen::Vector3d& top) -> std::string {
+    Mesh mesh;
+    mesh.nodes.resize(3, 4);
+    mesh.nodes << 0, 1, 0, top.x(), 0, 0, 1, top.y(), 0, 0, 0, top.z();
+    mesh.nodes = (size * (mesh.nodes.array() + place)).eval();
+    mesh.tets = {{0, 1, 2, 3}};
+    try {
+      check(mesh);
+    } catch (const MeshError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  // Its volume is a sixth of the height, its longest edge the root of 2: flat up to a height of 1.70e-8.
+  const auto at_height = [&](double height) { return Eigen::Vector3d(0.3, 0.3, height); };
+  CHECK_THAT(said(at_height(1.6e-8)), Contains("1 tetrahedra are flat: tetrahedron 0"));
+  CHECK_THAT(said(at_height(-1.6e-8)), Contains("1 tetrahedra are flat: tetrahedron 0"));
+  CHECK(said(at_height(1.8e-8)) == "");
+  CHECK_THAT(said(at_height(-1.8e-8)), Contains("tetrahedra are inverted"));
+  // The longest edges may be those of any corner.
+  CHECK_THAT(said({1000, 0, 0.9}), Contains("1 tetrahedra are flat: tetrahedron 0"));
+  CHECK(said({100, 0, 0.9}) == "");
+}
+
+TEST_CASE("A tetrahedron whose corners are one node is flat", "[unit]") {
+  Mesh mesh = testing::beam(2, 1, 1, 0.01);
+  mesh.tets.push_back({4, 4, 4, 4});
+  CHECK_THAT(refusal([&] { check(mesh); }), Contains("tetrahedra are flat: tetrahedron 12"));
+}
+
 TEST_CASE("Tetrahedra that do not fill space side by side are refused with their numbers", "[unit]") {
   const Mesh good = testing::beam(2, 1, 1, 0.01);
 

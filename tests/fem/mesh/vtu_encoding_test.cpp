@@ -103,6 +103,29 @@ TEST_CASE("Appended base64 may have its headers by themselves", "[unit]") {
       read(edited(text, "</VTKFile>", "<AppendedData>_" + appended + "</AppendedData></VTKFile>")));
 }
 
+TEST_CASE("Appended base64 may fill the file to its end", "[unit]") {
+  constexpr size_t kMore = 500;  // points that no cell names
+  const auto of = [](const VtuArray& array) {
+    const bool points = std::string(array.name) == "Points";
+    return content(array) + std::string(points ? kMore * 3 * sizeof(float) : 0, '\0');
+  };
+  const auto encode = [&](const VtuArray& array) { return base64(size(of(array).size()) + of(array)); };
+  std::string appended;
+  const std::string text = vtu("header_type=\"UInt32\"", [&](const VtuArray& array) {
+    const std::string encoded = encode(array), last = "@@@@";
+    const std::string start = fmt::format("format=\"appended\" offset=\"{}\">",
+                                          encoded.size() > kMore ? last : std::to_string(appended.size()));
+    if (encoded.size() <= kMore) appended += encoded;
+    return start;
+  });
+  std::string whole = edited(text, "@@@@", std::to_string(appended.size()));
+  whole = edited(whole, "NumberOfPoints=\"5\"", fmt::format("NumberOfPoints=\"{}\"", 5 + kMore));
+  for (const VtuArray& array : testing::kArrays)
+    if (encode(array).size() > kMore) appended += encode(array);
+  whole = edited(whole, "</VTKFile>", "<AppendedData>_" + appended + "</AppendedData></VTKFile>");
+  check_two_tets(read(whole));
+}
+
 TEST_CASE("An array without a format is ASCII", "[unit]") {
   check_two_tets(read(vtu("", [](const VtuArray& array) { return fmt::format(">\n{}\n", array.ascii); })));
   check_two_tets(read(vtu("", [](const VtuArray& array) {
