@@ -7,6 +7,7 @@
             print(state["model"], state["measured"])
 
 docs/control-protocol.md describes commands and states. All values are in SI units. Needs Python 3.10 and nothing else.
+The folder examples beside this file shows more.
 """
 
 import contextlib

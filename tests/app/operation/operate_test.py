@@ -104,6 +104,12 @@ class OperateTest(unittest.TestCase):
         robot.stream(positions, rate=100)
         self.comes_to(robot, positions[-1])
 
+    def test_the_example_of_a_circle_ends_where_it_began(self):
+        robot = self.robot()
+        start = robot.status()["target"]
+        subprocess.run([ROOT / "app/client/examples/circle.py", self.socket, "1"], timeout=PATIENCE_S, check=True)
+        self.comes_to(robot, start)
+
     def test_a_client_that_dies_leaves_the_robot_at_its_last_target(self):
         script = "import sys, time; sys.path.insert(0, sys.argv[1]); from tendril import Robot; r = Robot(sys.argv[2]); " \
                  "r.acquire(); r.target({r.coordinates[0]: float(sys.argv[3])}, within=0.2); print('sent', flush=True); time.sleep(1000)"
