@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from .run import METRES, VOLUMES
+from .run import METRES, VOLUMES, deadline_latencies
 
 DESIRED, MODEL, MEASURED, ALARM, GREY = "#000000", "#0072B2", "#E69F00", "#D55E00", "#7A7A7A"
 ACTUATORS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#000000")
@@ -170,8 +170,9 @@ def commands(trace):
     return figure
 
 
-def histogram(axes, values, title, unit):
-    """Counts on a log scale, so that the one late cycle among many shows; marks the median, 99.9 % and the worst."""
+def histogram(axes, values, figures, title, unit):
+    """Counts on a log scale, so that the one late cycle among many shows; marks what summary.json tells as median, 99.9 %
+    and worst."""
     values = values[np.isfinite(values)]
     axes.set_title(title)
     axes.set_xlabel(unit)
@@ -188,8 +189,7 @@ def histogram(axes, values, title, unit):
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_ylim(0.7, axes.get_ylim()[1] * 3)
-    marks = ((np.median(values), "median", GREY), (np.percentile(values, 99.9), "99.9 %", DESIRED),
-             (values.max(), "worst", ALARM))
+    marks = ((figures["p50"], "median", GREY), (figures["p99.9"], "99.9 %", DESIRED), (figures["max"], "worst", ALARM))
     for value, name, colour in marks:
         axes.axvline(value, color=colour, lw=1.2, label=f"{name} {value:.3g} {unit}")
     axes.legend(loc="upper right", frameon=True, framealpha=0.9, edgecolor="none")
@@ -205,13 +205,16 @@ def envelope(axes, t, values):
     axes.legend(loc="upper right", frameon=True, framealpha=0.9, edgecolor="none")
 
 
-def timing(trace, period_us):
+def timing(trace, summary):
     """How punctual the control thread was, how long a cycle took, how old the model was, how hard the QP worked."""
     figure, axes = plt.subplots(2, 2, figsize=(11, 7), layout="none",  # to find margins takes as long as to draw
                                 gridspec_kw={"left": 0.06, "right": 0.985, "top": 0.955, "bottom": 0.065, "wspace": 0.15,
                                              "hspace": 0.27})
-    histogram(axes[0, 0], trace["wakeup_us"], "Wake-up latency", "µs")
-    histogram(axes[0, 1], trace["cycle_us"], f"Work in one cycle (of a period of {period_us:.0f} µs)", "µs")
+    period_us = 1e6 / summary["control_rate_hz"]
+    wakeups = np.array(deadline_latencies(trace["wakeup_us"], trace["cycle_us"], period_us))
+    histogram(axes[0, 0], wakeups, summary["wakeup_us"], "Wake-up latency at every deadline", "µs")
+    histogram(axes[0, 1], trace["cycle_us"], summary["cycle_us"], f"Work in one cycle (of a period of {period_us:.0f} µs)",
+              "µs")
     age = axes[1, 0]
     shade_phases(age, trace, names=False)
     envelope(age, trace["t_s"], 1e3 * trace["snapshot_age_s"])
@@ -236,8 +239,8 @@ def draw(folder, summary, trace):
          "whole; that from the model's tip is the model's share of it. Grey: not part of the run."),
         ("commands", "Commands", commands(trace), "What was sent to every actuator, what its drive measured, and the "
          "effort that the QP reckons with, beside the one that a sensor told. Grey: not part of the run."),
-        ("timing", "Timing", timing(trace, 1e6 / summary["control_rate_hz"]), "Wake-up latency counts from the "
-         "instant at which the cycle was due. The scale of counts is logarithmic: a single late cycle is visible."))
+        ("timing", "Timing", timing(trace, summary), "Wake-up latency counts from the "
+         "instant at which the cycle was due; a stall counts for every deadline that it covers. The scale of counts is logarithmic: a single late cycle is visible."))
     written = []
     for name, title, figure, caption in figures:
         target = Path(folder) / f"{name}.png"

@@ -9,7 +9,7 @@ import numpy as np
 
 SUMMARY_KEYS = ("robot", "nodes", "tetrahedra", "actuators", "effector_dofs", "bus", "control_rate_hz", "duration_s",
                 "cycles", "late_cycles", "model_refreshes", "model_rate_hz", "tracking_error_mm", "model_error_mm",
-                "effort_error", "sensors", "qp", "rt", "faults", "warnings")
+                "effort_error", "sensors", "qp", "rt", "wakeup_us", "cycle_us", "faults", "warnings")
 TEXT_COLUMNS = ("phase", "qp_status")
 AXES = ("x", "y", "z")
 
@@ -119,6 +119,19 @@ class Trace:
             return np.array([np.interp(when, self["t_s"][known], p) for p in self.position(who)[known].T]).T
 
         return when, self.position("measured")[has], at_samples("target"), at_samples("model")
+
+
+def deadline_latencies(wakeup, work, period):
+    """Latencies of the wake-up at every deadline, those included that a cycle slept through or was still at work at: each
+    of these as if it had begun when that cycle ended, as tendrild counts them. All in one unit; one list for all cycles."""
+    latencies = []
+    for late, took in zip(wakeup, work):
+        latencies.append(late)
+        missed = late + took - period
+        while missed > 0:
+            latencies.append(missed)
+            missed -= period
+    return latencies
 
 
 def count(number):
