@@ -39,6 +39,14 @@ int main(int argc, char** argv) {
   cli.add("--duration", options.duration_s, "seconds to run once the drives are enabled; 0: until a signal")
       .not_negative();
   cli.add("--report", options.report, "folder for figures, trace and pictures of the run");
+  cli.add("--log", options.log,
+          "record every cycle, sample, target and event into FILE.mcap, for Foxglove, PlotJuggler and "
+          "tools/report; older ones become FILE.1.mcap and so on (default: under systemd, the robot's name "
+          "in /var/lib/tendril; else none)")
+      .ending_in({".mcap"});
+  cli.add("--log-size", options.log_size_mb,
+          "MB that all files of the log take at the most; the oldest go first (default: 1000)")
+      .within(64.0, 1e6);
   cli.add("--socket", options.socket,
           "where operators and their programs connect, a UNIX socket (default: under systemd, the robot's "
           "name in "
@@ -58,6 +66,7 @@ int main(int argc, char** argv) {
       .excludes("--dbc")
       .excludes("--bus")
       .excludes("--duration")
+      .excludes("--log")
       .excludes("--socket");
   cli.add("--model-rate", model_rate_hz, "with --simulate: refreshes of the model a second (default: 60)")
       .needs("--simulate")
@@ -79,6 +88,8 @@ int main(int argc, char** argv) {
     if (simulated_s) return app::simulate(config, {*simulated_s, model_rate_hz.value_or(60), options.report});
     if (const char* folder = std::getenv("RUNTIME_DIRECTORY"); folder && options.socket.empty())
       options.socket = std::filesystem::path(folder) / (config.file.stem().string() + ".sock");
+    if (const char* folder = std::getenv("STATE_DIRECTORY"); folder && options.log.empty())
+      options.log = std::filesystem::path(folder) / (config.file.stem().string() + ".mcap");
     // Before the check, since it is most wanted where something does not hold.
     if (!picture.empty()) app::draw_robot(app::robot_geometry(config, app::load_mesh(config)), picture);
     return check ? app::check_robot(config, json) : app::run_daemon(config, options);

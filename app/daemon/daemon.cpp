@@ -10,6 +10,8 @@
 #include "app/daemon/housekeeping.h"
 #include "app/daemon/run_recorder.h"
 #include "app/daemon/service_manager.h"
+#include "app/daemon/telemetry_log.h"
+#include "app/daemon/telemetry_sink.h"
 #include "app/program/real_time_rights.h"
 #include "app/program/report_pictures.h"
 #include "app/program/stop_signal.h"
@@ -67,12 +69,25 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   const std::string& bus_name = options.bus.empty() ? config.bus.name : options.bus;
   const hal::BusLock lock(bus_name);
   const auto bus = hal::open_bus(bus_name, hal::BusRole::kJoin, master->identifiers());
+  RunFacts facts;
+  facts.nodes = robot->model.mesh().node_count();
+  facts.tetrahedra = robot->model.mesh().tet_count();
+  facts.bus = bus->describe();
+  facts.memory_locked = memory_locked;
+  facts.iteration_cap = law.iteration_cap;
+  std::optional<TelemetryLog> log;
+  std::optional<TelemetrySink> lines;
+  if (!options.log.empty()) {
+    log.emplace(config, options.log, static_cast<uint64_t>(1e6 * options.log_size_mb), facts);
+    lines.emplace(*log);
+    rt::keep_to_cpu(log->thread(), "log", config.control.housekeeping_cpu);
+  }
   log_start(config, *bus);
   ControlStack stack(law, std::move(master), *bus);
   ModelThread model(*robot, config, *stack.channels);
   ServiceManager service;
   Housekeeping housekeeping(config, options, *stack.channels, model, *stack.master, rest,
-                            recorder ? &*recorder : nullptr, service);
+                            recorder ? &*recorder : nullptr, log ? &*log : nullptr, service);
   rt::ControlThread control({"control", config.control.priority, config.control.cpu},
                             rights_of(options.allow_non_rt), config.control.rate_hz, stack.loop,
                             *stack.channels);
@@ -99,18 +114,15 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   if (power.empty() && last.fault.kind != hal::FaultKind::kOtherMaster) spdlog::info("drives disabled");
   spdlog::info("{} cycles, {} late, {:.3f} % on time; {} model refreshes, {} failed", counts.cycles,
                counts.late_cycles, 100 * counts.success_rate(), model.refreshes(), model.failures());
+  facts.model_refreshes = model.refreshes();
+  facts.model_rate_hz = model.mean_rate_hz();
+  facts.trace_dropped = stack.channels->trace.dropped();
+  facts.bus_dropped = bus->dropped();
+  facts.stop_reason = reason;
+  lines.reset();
+  if (log) log->finish(housekeeping.progress(), facts, counts);
   if (recorder) {
-    recorder->finish({.nodes = robot->model.mesh().node_count(),
-                      .tetrahedra = robot->model.mesh().tet_count(),
-                      .bus = bus->describe(),
-                      .memory_locked = memory_locked,
-                      .iteration_cap = law.iteration_cap,
-                      .model_refreshes = model.refreshes(),
-                      .model_rate_hz = model.mean_rate_hz(),
-                      .trace_dropped = stack.channels->trace.dropped(),
-                      .bus_dropped = bus->dropped(),
-                      .stop_reason = reason},
-                     counts);
+    recorder->finish(facts, counts);
     recorder->add_geometry(robot_geometry(config, robot->model.mesh()));
     draw_report(options.report);
   }

@@ -21,13 +21,14 @@ constexpr int64_t kStatusInterval_ns = 1'000'000'000;
 
 Housekeeping::Housekeeping(const Config& config, const DaemonOptions& options, rt::Channels& channels,
                            const ModelThread& model, const hal::DriveMaster& master, rt::EffectorVector rest,
-                           RunRecorder* recorder, ServiceManager& service)
+                           RunRecorder* recorder, TelemetryLog* log, ServiceManager& service)
     : options_(options),
       channels_(channels),
       model_(model),
       config_(config),
       master_(master),
       recorder_(recorder),
+      telemetry_(log),
       service_(service),
       log_(config, master),
       status_(config, rt::now_ns()),
@@ -46,6 +47,11 @@ void Housekeeping::run_once() {
   log_.log_identities();
   inform_service_manager(now_ns);
   print_progress(now_ns);
+  if (telemetry_) telemetry_->add(progress(), now_ns);
+}
+
+RunProgress Housekeeping::progress() const {
+  return {model_.refreshes(), model_.failures(), model_.mean_rate_hz(), channels_.trace.dropped()};
 }
 
 /// Once the drives follow commands.
@@ -67,6 +73,7 @@ void Housekeeping::send_target(int64_t now_ns) {
   if (!target) return;
   channels_.targets.back() = *target;
   channels_.targets.publish();
+  if (telemetry_) telemetry_->add(*target, targets_);
 }
 
 void Housekeeping::wait(std::chrono::milliseconds limit) const {
@@ -94,6 +101,7 @@ void Housekeeping::drain() {
     log_.add(record);
     status_.add(record);
     if (recorder_) recorder_->add(record, targets_.undisturbed_path());
+    if (telemetry_) telemetry_->add(record, targets_.undisturbed_path());
     if (server_) server_->add(record);
   }
 }

@@ -8,9 +8,11 @@
 #include "app/config/config.h"
 #include "app/daemon/daemon_options.h"
 #include "app/daemon/run_log.h"
+#include "app/daemon/run_progress.h"
 #include "app/daemon/run_recorder.h"
 #include "app/daemon/run_status.h"
 #include "app/daemon/service_manager.h"
+#include "app/daemon/telemetry_log.h"
 #include "app/operation/control_server.h"
 #include "app/operation/target_source.h"
 #include "app/robot/model_thread.h"
@@ -27,10 +29,14 @@ class Housekeeping {
   /// Keeps references.
   /// @param rest      where effectors that do not move stay, e, m or m³
   /// @param recorder  nullptr: nobody wants a record
+  /// @param log       nullptr: nobody wants a log
   /// @throws std::runtime_error where operators cannot be listened to, see LineServer
   Housekeeping(const Config& config, const DaemonOptions& options, rt::Channels& channels,
                const ModelThread& model, const hal::DriveMaster& master, rt::EffectorVector rest,
-               RunRecorder* recorder, ServiceManager& service);
+               RunRecorder* recorder, TelemetryLog* log, ServiceManager& service);
+
+  /// Real-time: no.
+  RunProgress progress() const;
 
   /// One round. What the control thread waits for comes first, what may take its time last. Call it once more
   /// after the control thread has ended.
@@ -55,6 +61,7 @@ class Housekeeping {
   const Config& config_;
   const hal::DriveMaster& master_;
   RunRecorder* recorder_;
+  TelemetryLog* telemetry_;
   ServiceManager& service_;
   RunLog log_;
   RunStatus status_;

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -10,7 +9,7 @@
 #include <vector>
 
 #include "app/config/config.h"
-#include "app/daemon/measured_signals.h"
+#include "app/daemon/sample_errors.h"
 #include "app/daemon/sensor_watch.h"
 #include "app/robot/motion.h"
 #include "rt/trace_record.h"
@@ -42,24 +41,10 @@ class RunStatistics {
   std::vector<std::string> warnings() const;  ///< faults that did not end the run, a sentence each
 
  private:
-  struct ModelPoint {
-    int64_t stamp_ns;
-    rt::EffectorVector desired, p_e;
-    rt::ActuatorVector lambda;
-  };
-
-  void add_tip_error(const rt::TraceRecord& record, const Motion* motion);
-  void add_effort_errors(const rt::TraceRecord& record);
-  const ModelPoint& model_at(int64_t stamp_ns) const;
-
   const Config& config_;
-  MeasuredSignals signals_;
-  NewSamples new_samples_;
+  SampleErrors errors_;
   SensorWatch watch_;
-  int effector_coordinates_;
   int64_t running_since_ns_ = 0, running_until_ns_ = 0;
-  std::deque<ModelPoint> recent_;         // what the model held true, as long as a sample may refer to it
-  std::array<int64_t, 3> compared_ns_{};  // last samples of the tip's coordinates that count
   std::vector<double> tracking_mm_, model_mm_;
   std::vector<std::vector<double>> effort_errors_;  // N or Pa, one list an actuator
   std::vector<double> following_errors_;            // the largest of each actuator, m or m³

@@ -17,13 +17,16 @@ std::string cells(const double* coordinates, const std::vector<int>& axes) {
 
 /// Name of a phase in the trace: the way to the path and the path itself are told apart.
 const char* phase_name(const rt::TraceRecord& record, const Motion* motion) {
-  if (record.phase == rt::Phase::kRunning && motion && record.intended_ns < motion->path_start_ns())
-    return "approach";
+  if (approaches(record, motion)) return "approach";
   if (record.phase == rt::Phase::kStandby) return rt::name(record.phase);
   return record.phase >= rt::Phase::kStopping ? "stop" : rt::name(record.phase);
 }
 
 }  // namespace
+
+bool approaches(const rt::TraceRecord& record, const Motion* motion) {
+  return record.phase == rt::Phase::kRunning && motion && record.intended_ns < motion->path_start_ns();
+}
 
 TraceFile::TraceFile(const Config& config, const std::filesystem::path& file)
     : config_(config), signals_(config), csv_(file) {

@@ -14,6 +14,10 @@
 
 namespace tendril::app {
 
+/// Whether the effectors are on their way to the first waypoint in that cycle.
+/// @param motion  the path that is followed, once it is
+bool approaches(const rt::TraceRecord& record, const Motion* motion);
+
 /// The trace of a run as CSV, one row a cycle; docs/report.md describes it.
 class TraceFile {
  public:
