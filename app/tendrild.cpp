@@ -47,6 +47,9 @@ int main(int argc, char** argv) {
   cli.add("--log-size", options.log_size_mb,
           "MB that all files of the log take at the most; the oldest go first (default: 1000)")
       .within(64.0, 1e6);
+  cli.add("--metrics", options.metrics,
+          "answer Prometheus at this address and port, e.g. 127.0.0.1:9477; a port alone is for programs on "
+          "this machine only");
   cli.add("--socket", options.socket,
           "where operators and their programs connect, a UNIX socket (default: under systemd, the robot's "
           "name in "
@@ -67,6 +70,7 @@ int main(int argc, char** argv) {
       .excludes("--bus")
       .excludes("--duration")
       .excludes("--log")
+      .excludes("--metrics")
       .excludes("--socket");
   cli.add("--model-rate", model_rate_hz, "with --simulate: refreshes of the model a second (default: 60)")
       .needs("--simulate")

@@ -12,6 +12,7 @@ struct DaemonOptions {
   std::filesystem::path report;  ///< folder of the report; empty: none
   std::filesystem::path log;     ///< NAME.mcap; empty: none
   double log_size_mb = 1000;     ///< of all its files
+  std::string metrics;           ///< address and port for Prometheus; empty: none
   std::filesystem::path socket;  ///< where operators connect; empty: nowhere
   bool allow_non_rt = false;     ///< run without SCHED_FIFO and locked memory where they are refused
 };

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <cstdio>
+#include <iterator>
 #include <utility>
 
 #include "app/program/output.h"
@@ -22,10 +24,10 @@ constexpr int64_t kStatusInterval_ns = 1'000'000'000;
 Housekeeping::Housekeeping(const Config& config, const DaemonOptions& options, rt::Channels& channels,
                            const ModelThread& model, const hal::DriveMaster& master, rt::EffectorVector rest,
                            RunRecorder* recorder, TelemetryLog* log, ServiceManager& service)
-    : options_(options),
+    : config_(config),
+      options_(options),
       channels_(channels),
       model_(model),
-      config_(config),
       master_(master),
       recorder_(recorder),
       telemetry_(log),
@@ -35,12 +37,14 @@ Housekeeping::Housekeeping(const Config& config, const DaemonOptions& options, r
       targets_(config, std::move(rest)),
       status_due_ns_(rt::now_ns() + kStatusInterval_ns) {
   if (!options.socket.empty()) server_.emplace(options.socket, config, targets_, channels.requests, master);
+  tell_metrics();
 }
 
 void Housekeeping::run_once() {
   const int64_t now_ns = rt::now_ns();
   begin_run();
   if (server_) server_->serve();
+  if (metrics_server_) metrics_server_->serve();
   send_target(rt::now_ns());
   pass_on_stop(now_ns);
   drain();
@@ -48,6 +52,18 @@ void Housekeeping::run_once() {
   inform_service_manager(now_ns);
   print_progress(now_ns);
   if (telemetry_) telemetry_->add(progress(), now_ns);
+}
+
+/// At an address, if anybody wants metrics.
+void Housekeeping::tell_metrics() {
+  if (options_.metrics.empty()) return;
+  metrics_.emplace(config_);
+  metrics_server_.emplace(options_.metrics, [this] {
+    return metrics_->text(progress(), telemetry_ ? std::optional(telemetry_->counts()) : std::nullopt);
+  });
+  const std::string url = "http://" + metrics_server_->address() + "/metrics";
+  spdlog::info("metrics: {}", url);
+  if (!metrics_server_->is_local()) spdlog::warn("all who reach this machine can read {}", url);
 }
 
 RunProgress Housekeeping::progress() const {
@@ -77,8 +93,9 @@ void Housekeeping::send_target(int64_t now_ns) {
 }
 
 void Housekeeping::wait(std::chrono::milliseconds limit) const {
-  pollfd requests{server_ ? server_->descriptor() : -1, POLLIN, 0};
-  ::poll(&requests, 1, static_cast<int>(limit.count()));
+  pollfd requests[] = {{server_ ? server_->descriptor() : -1, POLLIN, 0},
+                       {metrics_server_ ? metrics_server_->descriptor() : -1, POLLIN, 0}};
+  ::poll(requests, std::size(requests), static_cast<int>(limit.count()));
 }
 
 double Housekeeping::running_s(int64_t now_ns) const {
@@ -102,6 +119,7 @@ void Housekeeping::drain() {
     status_.add(record);
     if (recorder_) recorder_->add(record, targets_.undisturbed_path());
     if (telemetry_) telemetry_->add(record, targets_.undisturbed_path());
+    if (metrics_) metrics_->add(record, targets_.undisturbed_path());
     if (server_) server_->add(record);
   }
 }

@@ -8,11 +8,13 @@
 #include "app/config/config.h"
 #include "app/daemon/daemon_options.h"
 #include "app/daemon/run_log.h"
+#include "app/daemon/run_metrics.h"
 #include "app/daemon/run_progress.h"
 #include "app/daemon/run_recorder.h"
 #include "app/daemon/run_status.h"
 #include "app/daemon/service_manager.h"
 #include "app/daemon/telemetry_log.h"
+#include "app/metrics/metrics_server.h"
 #include "app/operation/control_server.h"
 #include "app/operation/target_source.h"
 #include "app/robot/model_thread.h"
@@ -21,16 +23,17 @@
 
 namespace tendril::app {
 
-/// What the main thread does while the control thread runs: serves operators, sends targets, passes on
-/// requests to stop, drains the trace, informs people and the service manager. Real-time: no, for all of it
-/// (allocates, may block).
+/// What the main thread does while the control thread runs: serves operators and metrics, sends targets,
+/// passes on requests to stop, drains the trace, informs people and the service manager. Real-time: no, for
+/// all of it (allocates, may block).
 class Housekeeping {
  public:
   /// Keeps references.
   /// @param rest      where effectors that do not move stay, e, m or m³
   /// @param recorder  nullptr: nobody wants a record
   /// @param log       nullptr: nobody wants a log
-  /// @throws std::runtime_error where operators cannot be listened to, see LineServer
+  /// @throws std::runtime_error where operators or Prometheus cannot be listened to, see LineServer and
+  ///         MetricsServer
   Housekeeping(const Config& config, const DaemonOptions& options, rt::Channels& channels,
                const ModelThread& model, const hal::DriveMaster& master, rt::EffectorVector rest,
                RunRecorder* recorder, TelemetryLog* log, ServiceManager& service);
@@ -49,16 +52,17 @@ class Housekeeping {
   void drain();
   void begin_run();
   void note_fault(const rt::LatchedFault& fault);
+  void tell_metrics();
   void send_target(int64_t now_ns);
   void pass_on_stop(int64_t now_ns);
   void inform_service_manager(int64_t now_ns);
   void print_progress(int64_t now_ns);
   double running_s(int64_t now_ns) const;
 
+  const Config& config_;
   const DaemonOptions& options_;
   rt::Channels& channels_;
   const ModelThread& model_;
-  const Config& config_;
   const hal::DriveMaster& master_;
   RunRecorder* recorder_;
   TelemetryLog* telemetry_;
@@ -67,7 +71,9 @@ class Housekeeping {
   RunStatus status_;
   TargetSource targets_;
   std::optional<ControlServer> server_;
-  std::string fault_;                                // latched; empty: none
+  std::string fault_;  // latched; empty: none
+  std::optional<RunMetrics> metrics_;
+  std::optional<MetricsServer> metrics_server_;
   bool said_ready_ = false, said_stopping_ = false;  // to the service manager
   int64_t running_since_ns_ = 0, status_due_ns_, progress_due_ns_ = 0;
 };

@@ -67,6 +67,8 @@ tendril_layer_test(app/operation KNOWS app/operation/control_server.h
                    MUST_NOT_KNOW app/plant/plant.h app/daemon/daemon.h app/client/control_client.h)
 tendril_layer_test(app/mcap KNOWS app/mcap/mcap_recorder.h
                    MUST_NOT_KNOW app/config/config.h rt/controller.h app/daemon/daemon.h)
+tendril_layer_test(app/metrics KNOWS app/metrics/metrics_server.h
+                   MUST_NOT_KNOW app/config/config.h rt/controller.h app/daemon/daemon.h)
 tendril_layer_test(app/simulation KNOWS app/simulation/simulation.h app/plant/plant.h app/daemon/run_recorder.h
                    MUST_NOT_KNOW app/check/check_report.h app/client/control_client.h)
 tendril_layer_test(app/client KNOWS app/client/control_client.h
