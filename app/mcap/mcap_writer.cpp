@@ -1,11 +1,15 @@
 #include "app/mcap/mcap_writer.h"
 
 #include <zlib.h>
+#include <zstd.h>
 
 #include <algorithm>
 
 namespace tendril::app {
 namespace {
+
+constexpr std::string_view kCompression = "zstd";
+constexpr int kLevel = 1;  // the fastest; higher ones gain nothing on texts of numbers
 
 uint32_t crc_of(std::string_view bytes, uint32_t before = 0) {
   const auto* data = reinterpret_cast<const Bytef*>(bytes.data());
@@ -54,10 +58,18 @@ bool McapWriter::write(const McapChunk& chunk) {
   ChunkIndex index{};
   put_chunk(chunk, index);
   put_message_indexes(chunk, index);
-  if (!append(out_.bytes())) return false;
+  if (index.compressed_size == 0 || !append(out_.bytes())) return false;
   for (const McapChunk::Entry& entry : chunk.entries()) ++counts_[entry.channel];
   chunks_.push_back(std::move(index));
   return true;
+}
+
+/// @return  valid until the next call; empty where there is no memory for it
+std::string_view McapWriter::compressed(std::string_view records) {
+  compressed_.resize(::ZSTD_compressBound(records.size()));
+  const std::size_t size =
+      ::ZSTD_compress(compressed_.data(), compressed_.size(), records.data(), records.size(), kLevel);
+  return ::ZSTD_isError(size) ? std::string_view() : std::string_view(compressed_).substr(0, size);
 }
 
 void McapWriter::put_chunk(const McapChunk& chunk, ChunkIndex& index) {
@@ -72,9 +84,11 @@ void McapWriter::put_chunk(const McapChunk& chunk, ChunkIndex& index) {
   out_.put64(index.last_ns);
   out_.put64(chunk.size());
   out_.put32(crc_of(chunk.records()));
-  out_.put("");  // not compressed
-  out_.put64(chunk.size());
-  out_.put_raw(chunk.records());
+  const std::string_view records = compressed(chunk.records());
+  index.compressed_size = records.size();
+  out_.put(kCompression);
+  out_.put64(records.size());
+  out_.put_raw(records);
   out_.end(record);
   index.size = out_.size();
 }
@@ -202,8 +216,8 @@ void McapWriter::put_chunk_index(const ChunkIndex& chunk) {
   }
   out_.put(table.bytes());
   out_.put64(chunk.index_size);
-  out_.put("");  // not compressed
-  out_.put64(chunk.records_size);
+  out_.put(kCompression);
+  out_.put64(chunk.compressed_size);
   out_.put64(chunk.records_size);
   out_.end(record);
 }

@@ -22,8 +22,9 @@ class ByteSink {
 };
 
 /// One MCAP file, https://mcap.dev/spec: header, metadata, schemas and channels, then chunks, each with the
-/// index of its messages, then the summary by which a reader finds everything. Chunks are not compressed. A
-/// file without its end is read chunk by chunk. Real-time: no, for all of it (allocates, may block).
+/// index of its messages, then the summary by which a reader finds everything. Chunks are compressed with
+/// Zstandard. A file without its end is read chunk by chunk. Real-time: no, for all of it (allocates, may
+/// block).
 class McapWriter {
  public:
   /// Keeps references.
@@ -41,7 +42,7 @@ class McapWriter {
 
  private:
   struct ChunkIndex {
-    uint64_t first_ns, last_ns, offset, size, records_size, index_size;
+    uint64_t first_ns, last_ns, offset, size, records_size, compressed_size, index_size;
     std::map<uint16_t, uint64_t> indexes;  // offset of the message index of each channel
   };
   struct MetadataIndex {
@@ -54,6 +55,7 @@ class McapWriter {
   };
 
   bool append(std::string_view bytes);
+  std::string_view compressed(std::string_view records);
   void put_chunk(const McapChunk& chunk, ChunkIndex& index);
   void put_message_indexes(const McapChunk& chunk, ChunkIndex& index);
   void put_summary();
@@ -66,6 +68,7 @@ class McapWriter {
   ByteSink& sink_;
   const McapContent& content_;
   McapRecords out_;
+  std::string compressed_;
   uint64_t size_ = 0;
   uint32_t crc_ = 0;  // of all bytes so far
   std::vector<MetadataIndex> metadata_;

@@ -200,7 +200,9 @@ def unpack(path, folder):
                 rows.add(message)
                 figures.add(message)
             rows.flush()
-    except (OSError, McapError) as error:
+    except OSError as error:
+        raise ReportError(f"{error.filename or path}: {error.strerror}") from None
+    except McapError as error:
         raise ReportError(str(error)) from None
     if figures.last is None:
         raise ReportError(f"{path} holds no cycle: the run ended before the control thread started")

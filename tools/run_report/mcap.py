@@ -1,6 +1,8 @@
 """Reads MCAP files (https://mcap.dev/spec) whose messages are JSON: from the start to the end, or as far as a file that was
-cut off goes. Only what the standard library has."""
+cut off goes. Only what the standard library has, and
+for compressed files the library libzstd, which is part of every Debian."""
 
+import ctypes
 import json
 import struct
 import zlib
@@ -17,6 +19,19 @@ Message = namedtuple("Message", "topic log_ns publish_ns data")
 
 class McapError(Exception):
     """A file that is no readable MCAP file, in a sentence."""
+
+
+def decompressed(data, size):
+    """What Zstandard has compressed. @throws McapError; ValueError where it is damaged"""
+    try:
+        zstd = ctypes.CDLL("libzstd.so.1")
+    except OSError as error:
+        raise McapError(f"the library libzstd is not there ({error})") from None
+    zstd.ZSTD_decompress.restype = ctypes.c_size_t
+    result = ctypes.create_string_buffer(max(size, 1))
+    if zstd.ZSTD_decompress(result, ctypes.c_size_t(size), bytes(data), ctypes.c_size_t(len(data))) != size:
+        raise ValueError("a chunk that cannot be decompressed")
+    return result.raw[:size]
 
 
 class Fields:
@@ -106,11 +121,15 @@ class Log:
             self.metadata[name] = fields.table()
 
     def _chunk(self, fields):
-        _, _, _, crc = fields.take("QQQI")
-        compression, size = fields.text(), fields.take("Q")
-        if compression:
-            raise McapError(f"{self.path} is compressed; `mcap compress --compression none` takes that back")
-        records = fields.body[fields.at:fields.at + size]
+        _, _, size, crc = fields.take("QQQI")
+        compression, _ = fields.text(), fields.take("Q")
+        records = fields.body[fields.at:]
+        if compression == "zstd":
+            if size > LONGEST:
+                raise ValueError("a chunk that is too long")
+            records = decompressed(records, size)
+        elif compression:
+            raise McapError(f"{self.path}: chunks are compressed with {compression}; zstd and none can be read")
         if crc and zlib.crc32(records) != crc:
             raise ValueError("a chunk whose checksum is wrong")
         at = 0

@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from .run import METRES, VOLUMES, deadline_latencies
+from .run import METRES, VOLUMES, deadline_latencies, number
 
 DESIRED, MODEL, MEASURED, ALARM, GREY = "#000000", "#0072B2", "#E69F00", "#D55E00", "#7A7A7A"
 ACTUATORS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#000000")
@@ -191,7 +191,7 @@ def histogram(axes, values, figures, title, unit):
     axes.set_ylim(0.7, axes.get_ylim()[1] * 3)
     marks = ((figures["p50"], "median", GREY), (figures["p99.9"], "99.9 %", DESIRED), (figures["max"], "worst", ALARM))
     for value, name, colour in marks:
-        axes.axvline(value, color=colour, lw=1.2, label=f"{name} {value:.3g} {unit}")
+        axes.axvline(value, color=colour, lw=1.2, label=f"{name} {number(value, unit)}")
     axes.legend(loc="upper right", frameon=True, framealpha=0.9, edgecolor="none")
 
 

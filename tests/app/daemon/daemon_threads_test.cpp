@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -78,6 +79,8 @@ TEST_CASE("Model, control and main thread of the daemon run a robot together fro
   const DaemonOptions options{.bus = drives.bus(),
                               .duration_s = 1,
                               .report = folder / "report",
+                              .log = folder / "run.mcap",
+                              .metrics = "0",
                               .socket = block.file.folder() / "robot.sock",
                               .allow_non_rt = true};
   CHECK(run_daemon(config, options) == 0);
@@ -85,6 +88,7 @@ TEST_CASE("Model, control and main thread of the daemon run a robot together fro
   CHECK(summary["faults"].empty());
   CHECK(summary["warnings"].empty());
   CHECK(summary["model_refreshes"] >= 2);
+  CHECK(std::filesystem::file_size(options.log) > 10'000);
   CHECK(summary["qp"]["statuses"]["optimal"] >= 1);
 }
 
@@ -97,6 +101,8 @@ TEST_CASE("A drive's fault reaches all threads of the daemon, and ends them", "[
   drives.fail_when_enabled();
   const DaemonOptions options{.bus = drives.bus(),
                               .report = folder / "report",
+                              .log = folder / "run.mcap",
+                              .metrics = "0",
                               .socket = block.file.folder() / "robot.sock",
                               .allow_non_rt = true};
   CHECK(run_daemon(config, options) == 1);

@@ -74,8 +74,9 @@ def chunks_of(data):
         opcode, size = struct.unpack_from("<BQ", data, at)
         body = data[at + 9:at + 9 + size]
         if opcode == mcap.CHUNK:
-            inside, messages = body[8 + 8 + 8 + 4 + 4 + 8:], 0
-            place = 0
+            size_inside, = struct.unpack_from("<Q", body, 16)
+            inside = mcap.decompressed(body[8 + 8 + 8 + 4 + 4 + len("zstd") + 8:], size_inside)
+            place = messages = 0
             while place < len(inside):
                 messages += inside[place] == mcap.MESSAGE
                 place += 9 + struct.unpack_from("<Q", inside, place + 1)[0]
@@ -169,7 +170,7 @@ class LogTest(EndedRun):
         damaged = bytearray(self.run_.log.read_bytes())
         damaged[chunks_of(damaged)[1][0] + 200] ^= 1
         for content, said in ((b"", "is no MCAP file"), (b"robot: finger\n", "is no MCAP file"),
-                              (mcap.MAGIC, "holds no message"), (bytes(damaged), "checksum is wrong")):
+                              (mcap.MAGIC, "holds no message"), (bytes(damaged), "damaged at byte")):
             other = self.run_.folder / "other.mcap"
             other.write_bytes(content)
             with self.assertRaises(ReportError) as refusal:

@@ -7,6 +7,9 @@
 
 const fs = require('fs');
 const { McapIndexedReader, McapStreamReader } = require('@mcap/core');
+const fzstd = require('fzstd');
+
+const decompressHandlers = { zstd: (bytes, size) => fzstd.decompress(bytes, new Uint8Array(Number(size))) };
 
 class Readable {
   constructor(bytes) { this.bytes = bytes; }
@@ -18,7 +21,7 @@ const plain = (key, value) => (typeof value === 'bigint' ? value.toString() : va
 const tell = (value) => process.stdout.write(`${JSON.stringify(value, plain)}\n`);
 
 async function index(bytes) {
-  const reader = await McapIndexedReader.Initialize({ readable: new Readable(bytes) });
+  const reader = await McapIndexedReader.Initialize({ readable: new Readable(bytes), decompressHandlers });
   const metadata = [];
   for await (const { name, metadata: table } of reader.readMetadata()) metadata.push([name, [...table]]);
   const schemas = [...reader.schemasById.values()].map(({ id, name, encoding, data }) => ({
@@ -34,7 +37,7 @@ async function index(bytes) {
 }
 
 function messagesIn(bytes) {
-  const reader = new McapStreamReader();
+  const reader = new McapStreamReader({ decompressHandlers });
   let messages = 0;
   reader.append(bytes);
   for (let record; (record = reader.nextRecord());) messages += record.type === 'Message';
