@@ -89,7 +89,8 @@ void Cia402Axis::restart() noexcept {
 
 /// Who restarted the drive may be another controller, which then has set it up.
 void Cia402Axis::release() noexcept {
-  if (!reads_error_code_) startup_.release(fault_.kind != FaultKind::kDriveRestarted, sdo_);
+  if (!reads_error_code_)
+    startup_.release(fault_.kind != FaultKind::kDriveRestarted, power_.may_be_on(), sdo_);
 }
 
 bool Cia402Axis::connected(int64_t last_sync_ns) const noexcept {

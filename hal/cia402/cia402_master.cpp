@@ -77,7 +77,9 @@ void Cia402Master::command(const Command& command, int64_t now_ns, FrameBatch& o
     next_heartbeat_ns_ = now_ns + config_.heartbeat_ns;
     for (Cia402Axis& axis : axes_) axis.on_heartbeat_sent();
   }
-  if (command.finish && !command.enable && may_release(now_ns))
+  const bool finishes = command.finish && !command.enable;
+  if (!finishes) finish_since_ns_ = 0;
+  if (finishes && may_release(now_ns))
     for (Cia402Axis& axis : axes_) axis.release();
   set_up(now_ns, out);
   const bool may_begin = known.all_known && !supervisor_.faulted();

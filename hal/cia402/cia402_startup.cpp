@@ -175,10 +175,10 @@ void Cia402Startup::start_nmt(int64_t now_ns, FrameBatch& out) noexcept {
   last_nmt_start_ns_ = now_ns;
 }
 
-void Cia402Startup::release(bool ours, SdoSequence& sdo) noexcept {
+void Cia402Startup::release(bool ours, bool may_be_on, SdoSequence& sdo) noexcept {
   if (stage_ == Stage::kCheckingPower || stage_ == Stage::kReleasing || stage_ == Stage::kFinished) return;
   stage_ = Stage::kFinished;
-  if (!may_monitor_master_) return;
+  if (!may_monitor_master_ && !may_be_on) return;
   ours_ = ours;
   power_is_off_ = false;
   sdo.start(power_off_steps_);

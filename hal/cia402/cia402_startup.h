@@ -54,8 +54,10 @@ class Cia402Startup {
   /// Switches the power of the drive off over SDO. Where it says so, and is `ours`, takes the drive out of
   /// NMT operational and ends its heartbeat consumer; any other drive goes on monitoring us, and stops by
   /// itself. To be called until `finished`.
-  /// @param ours  the set-up of the drive is still the one that this master made
-  void release(bool ours, SdoSequence& sdo) noexcept;
+  /// @param ours       the set-up of the drive is still the one that this master made
+  /// @param may_be_on  the drive has been enabled, before a restart too, and has not said since that it is
+  /// off
+  void release(bool ours, bool may_be_on, SdoSequence& sdo) noexcept;
 
   /// Whether `advance` has more than a time-out to do.
   bool busy() const noexcept;

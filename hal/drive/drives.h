@@ -81,10 +81,12 @@ struct Measurement {
   // Every axis has its reference, and its position is younger than the feedback timeout.
   bool all_known = false;
   bool all_enabled = false;   // every drive is in "operation enabled": commanded positions are followed
-  bool all_disabled = false;  // no drive is known to have its power stage on
+  bool all_disabled = false;  // every drive has said that its power stage is off, or was never enabled
   std::array<DrivePower, kMaxAxes> power{};
-  bool finished = false;  // Command::finish is done: the drives no longer monitor the controller
-  DriveFault fault;       // latched until Command::reset
+  // Command::finish is done: no drive that has said that its power is off monitors the controller any more.
+  // The power of the others is kOn or kUnknown. A master may also never get so far; who waits needs a limit.
+  bool finished = false;
+  DriveFault fault;  // latched until Command::reset
   SensorReadings sensors;
 };
 

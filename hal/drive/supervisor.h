@@ -64,7 +64,7 @@ class Supervisor {
       m.all_enabled = m.all_enabled && axis.enabled();
       m.power[i] = axis.power();
       if (m.power[i] == DrivePower::kOn && !reaches(health)) m.power[i] = DrivePower::kUnknown;
-      m.all_disabled = m.all_disabled && m.power[i] != DrivePower::kOn;
+      m.all_disabled = m.all_disabled && m.power[i] == DrivePower::kOff;
       m.finished = m.finished && axis.finished();
       DriveFault fault = axis.fault();
       fault.axis = i;

@@ -31,11 +31,21 @@ void OdriveAxis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
 void OdriveAxis::on_heartbeat(const OdriveHeartbeat& heartbeat, int64_t arrival_ns) noexcept {
   heartbeat_ = heartbeat;
   heartbeat_ns_ = arrival_ns;
+  judge_power();
   if (phase_ != Phase::kEnteringClosedLoop && phase_ != Phase::kOn) return;
   if (heartbeat.axis_error != 0)
     fail(FaultKind::kDriveFault, heartbeat.axis_error);
   else if (phase_ == Phase::kOn && !in_closed_loop())  // an unplugged motor shows in nothing else
     fail(FaultKind::kDriveDisabled, fault_code());
+}
+
+/// A heartbeat from before the last request says nothing of what came of it.
+void OdriveAxis::judge_power() noexcept {
+  const bool says_off = heartbeat_.state == kOdriveIdle || heartbeat_.state == kOdriveUndefined;
+  if (!says_off)
+    may_be_on_ = true;
+  else if (requested_state_ != kOdriveClosedLoop && heartbeat_ns_ > requested_ns_)
+    may_be_on_ = false;
 }
 
 void OdriveAxis::on_estimates(const OdriveEstimates& estimates, int64_t arrival_ns) noexcept {
@@ -83,6 +93,8 @@ void OdriveAxis::supervise(int64_t now_ns, int64_t last_sync_ns) noexcept {
 
 void OdriveAxis::drive(bool enable, bool may_begin, bool may_request, bool all_enabled,
                        const AxisTarget& target, int64_t now_ns, FrameBatch& out) noexcept {
+  const bool waits = stage_ == Stage::kListening || stage_ == Stage::kFailed;
+  if (waits && !enable && may_be_on_) request_state(kOdriveIdle, now_ns, out);  // it was on before a restart
   if (stage_ != Stage::kRunning) return;
   if (std::isfinite(target.effort)) torque_ = scale_.to_torque(target.effort);
   if (!enable || fault_.kind != FaultKind::kNone) phase_ = Phase::kOff;
@@ -105,9 +117,9 @@ void OdriveAxis::drive(bool enable, bool may_begin, bool may_request, bool all_e
 
 /// Brings the axis to idle and feeds its watchdog. The watchdog of a faulty axis is not fed.
 void OdriveAxis::disable(int64_t now_ns, FrameBatch& out) noexcept {
-  if (in_closed_loop() || requested_state_ == kOdriveClosedLoop) {
+  if (may_be_on_) {
     request_state(kOdriveIdle, now_ns, out);
-    if (in_closed_loop()) return;  // an input could move it: its position may be wrong
+    return;  // an input could move it: its position may be wrong
   }
   if (fault_.kind == FaultKind::kNone) append_idle_input(out);
 }
@@ -138,6 +150,7 @@ void OdriveAxis::request_closed_loop(int64_t now_ns, FrameBatch& out) noexcept {
     append_input(position_before_, 0, out);
   requested_state_ = kOdriveUndefined;
   request_state(kOdriveClosedLoop, now_ns, out);
+  may_be_on_ = true;
   phase_ = Phase::kEnteringClosedLoop;
 }
 
@@ -210,9 +223,7 @@ bool OdriveAxis::known(int64_t last_sync_ns) const noexcept {
 
 /// An axis that sends no heartbeat is stopped by its watchdog; no heartbeat will confirm that.
 DrivePower OdriveAxis::power() const noexcept {
-  const bool was_requested = phase_ != Phase::kOff || requested_state_ == kOdriveClosedLoop;
-  const bool says_off = heartbeat_.state == kOdriveIdle || heartbeat_.state == kOdriveUndefined;
-  if (says_off && !was_requested) return DrivePower::kOff;
+  if (!may_be_on_) return DrivePower::kOff;
   return silent_ ? DrivePower::kUnknown : DrivePower::kOn;
 }
 

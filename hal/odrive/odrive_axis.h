@@ -86,6 +86,7 @@ class OdriveAxis {
   enum class Phase : uint8_t { kOff, kPreparing, kEnteringClosedLoop, kOn };
 
   void on_heartbeat(const OdriveHeartbeat& heartbeat, int64_t arrival_ns) noexcept;
+  void judge_power() noexcept;
   void on_estimates(const OdriveEstimates& estimates, int64_t arrival_ns) noexcept;
   void monitor_motion(int64_t arrival_ns) noexcept;
   void prepare(int64_t now_ns, FrameBatch& out) noexcept;
@@ -131,6 +132,7 @@ class OdriveAxis {
   double position_before_ = 0;     // rev, before closed-loop control was requested
   double target_ = 0;              // rev
   double torque_ = 0;              // Nm
+  bool may_be_on_ = false;  // its power stage: closed-loop control was requested, or told by a heartbeat
   DriveFault fault_;
 };
 
