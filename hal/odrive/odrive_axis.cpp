@@ -154,11 +154,13 @@ void OdriveAxis::request_closed_loop(int64_t now_ns, FrameBatch& out) noexcept {
   phase_ = Phase::kEnteringClosedLoop;
 }
 
-/// Repeats the controller mode: it feeds the watchdog and moves nothing. An input position could move the
-/// axis: firmware 0.5 (commit 073da34, get_encoder_estimates_callback) sends the position 0 until
+/// Repeats the controller mode: it feeds the watchdog and moves nothing. A request that came to nothing is
+/// repeated with all that belongs before it, as the bus may have lost any of it. An input position could move
+/// the axis: firmware 0.5 (commit 073da34, get_encoder_estimates_callback) sends the position 0 until
 /// closed-loop control has connected the estimator, and that position would be commanded.
 void OdriveAxis::wait_for_closed_loop(int64_t now_ns, FrameBatch& out) noexcept {
-  if (heartbeat_.state == kOdriveIdle && request_state(kOdriveClosedLoop, now_ns, out)) return;
+  if (heartbeat_.state == kOdriveIdle && now_ns - requested_ns_ >= kRepeat_ns)
+    return request_closed_loop(now_ns, out);
   append_mode(out);
 }
 
