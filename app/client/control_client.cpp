@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 #include <sys/socket.h>
 #include <sys/time.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+
+#include "hal/bus/unix_address.h"
 
 namespace tendril::app {
 namespace {
@@ -20,17 +21,13 @@ constexpr int kVersion = 1;
 }  // namespace
 
 ControlClient::ControlClient(const std::filesystem::path& path) : name_(path.string()) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (name_.size() >= sizeof address.sun_path)
-    throw std::runtime_error(fmt::format("{}: the path of a socket is shorter", name_));
-  std::memcpy(address.sun_path, name_.data(), name_.size());
+  const hal::UnixAddress address = hal::unix_address(name_);
   socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const timeval limit{kPatience_s, 0};
   ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
   ::setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
   try {
-    if (::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    if (::connect(socket_, address.get(), address.size) != 0) {
       const int error = errno;
       throw std::runtime_error(fmt::format("no daemon at {}: {}; {}", name_, std::strerror(error),
                                            error == EACCES ? "join the group that may use the socket"

@@ -5,16 +5,19 @@
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
+#include <memory>
 #include <stdexcept>
 #include <utility>
 #include <vector>
+
+#include "hal/bus/unix_address.h"
 
 namespace tendril::app {
 namespace {
@@ -26,28 +29,25 @@ constexpr int kListening = 0;     // number of the listening socket among those 
   throw std::runtime_error(fmt::format("cannot listen at {}: {}", path.string(), why));
 }
 
-sockaddr_un address_of(const std::filesystem::path& path) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  const std::string text = path.string();
-  if (text.size() >= sizeof address.sun_path)
-    refuse(path, fmt::format(
-                     "the path of a socket has at most {} bytes, not {}; choose a shorter one with --socket",
-                     sizeof address.sun_path - 1, text.size()));
-  std::memcpy(address.sun_path, text.data(), text.size());
-  return address;
+/// The name of a user of this machine, else the number: a directory in the network would be asked for it over
+/// the network, for as long as that takes.
+std::string user_name(uid_t user) {
+  const std::unique_ptr<FILE, int (*)(FILE*)> users(std::fopen("/etc/passwd", "re"), std::fclose);
+  if (users)
+    while (const passwd* entry = ::fgetpwent(users.get()))
+      if (entry->pw_uid == user) return entry->pw_name;
+  return std::to_string(user);
 }
 
-bool somebody_listens(const sockaddr_un& address) {
+bool somebody_listens(const hal::UnixAddress& address) {
   const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  const bool answered =
-      ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 || errno == EAGAIN;
+  const bool answered = ::connect(probe, address.get(), address.size) == 0 || errno == EAGAIN;
   ::close(probe);
   return answered;
 }
 
 /// Removes a socket at which nobody listens any more.
-void make_way(const std::filesystem::path& path, const sockaddr_un& address) {
+void make_way(const std::filesystem::path& path, const hal::UnixAddress& address) {
   struct stat found {};
   if (::lstat(path.c_str(), &found) != 0) return;  // what else is wrong shows when it is bound
   if (!S_ISSOCK(found.st_mode))
@@ -61,11 +61,11 @@ void make_way(const std::filesystem::path& path, const sockaddr_un& address) {
 
 LineServer::LineServer(const std::filesystem::path& path, Listener& listener)
     : path_(path), listener_(listener) {
-  const sockaddr_un address = address_of(path);
+  const hal::UnixAddress address = hal::unix_address(path.string());
   make_way(path, address);
   socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   // Nobody can connect before listen(), so the mode holds from the first client on.
-  if (socket_ < 0 || ::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+  if (socket_ < 0 || ::bind(socket_, address.get(), address.size) != 0 ||
       ::chmod(path.c_str(), S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP) != 0 ||
       ::listen(socket_, kMaxClients) != 0) {
     const std::string why = std::strerror(errno);
@@ -205,9 +205,7 @@ std::string LineServer::peer(int number) const {
   if (found == clients_.end() ||
       ::getsockopt(found->second.descriptor, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
     return "an unknown user";
-  const passwd* entry = ::getpwuid(credentials.uid);
-  const std::string user = entry ? entry->pw_name : std::to_string(credentials.uid);
-  return fmt::format("user {} (process {})", user, credentials.pid);
+  return fmt::format("user {} (process {})", user_name(credentials.uid), credentials.pid);
 }
 
 }  // namespace tendril::app

@@ -49,7 +49,8 @@ class LineServer {
   /// @return  false where it was dropped: the client does not read, or is gone
   bool send(int client, std::string_view line);
 
-  /// Who is at the other end: "user anna (process 4711)".
+  /// Who is at the other end: "user anna (process 4711)", or the user's number where /etc/passwd has no name
+  /// for it.
   std::string peer(int client) const;
 
  private:

@@ -1,30 +1,21 @@
 #include "hal/bus/bus_lock.h"
 
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstddef>
 #include <cstring>
 #include <filesystem>
 #include <functional>
 
 #include "hal/bus/bus.h"
+#include "hal/bus/unix_address.h"
 
 namespace tendril::hal {
 namespace {
 
-struct Name {
-  sockaddr_un address{};
-  socklen_t size;
-
-  const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&address); }
-};
-
-/// An abstract name starts with a zero. The path of a local bus may be longer than such a name: a hash stands
-/// for it.
-Name name_of(const std::string& bus) {
+/// The path of a local bus may be longer than such a name: a hash stands for it.
+UnixAddress name_of(const std::string& bus) {
   static const std::string kLocal = "local:";
   std::string text = bus;
   if (bus.starts_with(kLocal)) {
@@ -32,16 +23,11 @@ Name name_of(const std::string& bus) {
     const auto path = std::filesystem::weakly_canonical(bus.substr(kLocal.size()), none);
     text = kLocal + std::to_string(std::hash<std::string>{}(path.string()));
   }
-  text = "tendril/bus/" + text.substr(0, 80);
-  Name name;
-  name.address.sun_family = AF_UNIX;
-  std::memcpy(name.address.sun_path + 1, text.data(), text.size());
-  name.size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + text.size());
-  return name;
+  return abstract_unix_address("tendril/bus/" + text.substr(0, 80));
 }
 
 /// The process that listens there; 0 where it cannot be told.
-pid_t holder(const Name& name) {
+pid_t holder(const UnixAddress& name) {
   const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   ucred credentials{};
   socklen_t size = sizeof credentials;
@@ -55,7 +41,7 @@ pid_t holder(const Name& name) {
 
 BusLock::BusLock(const std::string& bus)
     : socket_(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
-  const Name name = name_of(bus);
+  const UnixAddress name = name_of(bus);
   if (::bind(socket_, name.get(), name.size) == 0 && ::listen(socket_, 1) == 0) return;
   const int error = errno;
   const pid_t other = error == EADDRINUSE ? holder(name) : 0;

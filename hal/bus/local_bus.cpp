@@ -2,7 +2,6 @@
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 
 #include <algorithm>
 #include <array>
@@ -14,6 +13,7 @@
 
 #include "hal/bus/bus_backends.h"
 #include "hal/bus/can_wire.h"
+#include "hal/bus/unix_address.h"
 
 // A bus on a UNIX socket of packets, each with the frames of one call of `send`: the peer is woken once for
 // all of them. The host, which is the robot, hands every packet of a joiner to all others, so that everyone
@@ -289,16 +289,6 @@ class LocalHost final : public Bus {
 
 std::string reason(int error) { return std::strerror(error); }
 
-sockaddr_un address_of(const std::string& path) {
-  sockaddr_un address{};
-  if (path.empty() || path.size() >= sizeof address.sun_path)
-    refuse_local("the path of a local bus must have 1.." + std::to_string(sizeof address.sun_path - 1) +
-                 " characters; 'local:" + path + "' has not");
-  address.sun_family = AF_UNIX;
-  path.copy(address.sun_path, path.size());
-  return address;
-}
-
 Descriptor open_socket() {
   Descriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (socket.get() < 0) refuse_local("cannot open a local socket: " + reason(errno));
@@ -306,13 +296,12 @@ Descriptor open_socket() {
 }
 
 /// errno of a try to connect, 0 for success.
-int try_connect(const Descriptor& socket, const sockaddr_un& address) noexcept {
-  const auto* generic = reinterpret_cast<const sockaddr*>(&address);
-  return ::connect(socket.get(), generic, sizeof address) == 0 ? 0 : errno;
+int try_connect(const Descriptor& socket, const UnixAddress& address) noexcept {
+  return ::connect(socket.get(), address.get(), address.size) == 0 ? 0 : errno;
 }
 
 /// Removes what a host that died left at the path; anything else there stays and is an error.
-void clear_stale(const std::string& path, const sockaddr_un& address) {
+void clear_stale(const std::string& path, const UnixAddress& address) {
   struct stat status {};
   if (::lstat(path.c_str(), &status) != 0) return;
   if (!S_ISSOCK(status.st_mode)) refuse_local("'" + path + "' exists and is no socket; choose another path");
@@ -326,11 +315,10 @@ void clear_stale(const std::string& path, const sockaddr_un& address) {
 }  // namespace
 
 std::unique_ptr<Bus> host_local_bus(const std::string& path) {
-  const sockaddr_un address = address_of(path);
+  const UnixAddress address = unix_address(path);
   clear_stale(path, address);
   Descriptor listener = open_socket();
-  const auto* generic = reinterpret_cast<const sockaddr*>(&address);
-  if (::bind(listener.get(), generic, sizeof address) != 0 || ::listen(listener.get(), kMaxJoiners) != 0)
+  if (::bind(listener.get(), address.get(), address.size) != 0 || ::listen(listener.get(), kMaxJoiners) != 0)
     refuse_local("cannot listen at '" + path + "': " + reason(errno) +
                  "; the folder must exist and be writable");
   Descriptor poller(::epoll_create1(EPOLL_CLOEXEC));
@@ -342,7 +330,7 @@ std::unique_ptr<Bus> host_local_bus(const std::string& path) {
 }
 
 std::unique_ptr<Bus> join_local_bus(const std::string& path, int64_t wait_ns) {
-  const sockaddr_un address = address_of(path);
+  const UnixAddress address = unix_address(path);
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::nanoseconds(wait_ns);
   while (true) {
     Descriptor socket = open_socket();
