@@ -33,6 +33,9 @@ struct CycleInput {
   /// Cycles before this one that ended late, in a row. A long stall is one cycle: it is left to the drives,
   /// which watch our heartbeat.
   int late_in_a_row = 0;
+  /// The bus did not take all frames of the cycle before: drives may not know its command, and what follows
+  /// must go on from the last one that they know.
+  bool undelivered = false;
   bool stop_requested = false;     ///< the operator wants the run to end
   bool standby_requested = false;  ///< the operator wants the drives without torque
   bool reset_requested = false;    ///< in this cycle the operator takes note of the fault and wants to go on

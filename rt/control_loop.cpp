@@ -70,6 +70,7 @@ const Decision& ControlLoop::solve(const hal::Measurement& measurement, const Cy
                    {.now_ns = start.intended_ns,
                     .wakeup_ns = start.woken_ns - start.intended_ns,
                     .late_in_a_row = start.late_in_a_row,
+                    .undelivered = !delivered_,
                     .stop_requested = channels_.requests.stop.load(std::memory_order_relaxed),
                     .standby_requested = channels_.requests.standby.load(std::memory_order_relaxed),
                     .reset_requested = std::exchange(resets_, resets) != resets,
@@ -80,8 +81,10 @@ TraceRecord& ControlLoop::write(const hal::Measurement& measurement, const Decis
                                 const CycleStart& start) noexcept {
   frames_.clear();
   drives_.command(decision.command, start.woken_ns, frames_);
-  // What the queue cannot take is counted by the bus.
-  if (bus_.send(frames_) == hal::SendResult::kSent) record_.bus_bits += bits_of(wire_, frames_);
+  // What the queue cannot take is dropped and counted by the bus: a set-point that is late is worth less than
+  // none.
+  delivered_ = bus_.send(frames_) == hal::SendResult::kSent;
+  if (delivered_) record_.bus_bits += bits_of(wire_, frames_);
 
   fill(channels_.feedback.back(), start.intended_ns, measurement, decision);
   channels_.feedback.publish();

@@ -57,6 +57,7 @@ class ControlLoop {
   std::array<hal::Frame, hal::kMaxWaiting> arrived_;
   hal::FrameBatch frames_;
   hal::Wire wire_;
+  bool delivered_ = true;  // the last cycle's frames were taken by the bus
   TraceRecord record_;
 };
 

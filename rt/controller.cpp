@@ -34,6 +34,8 @@ Controller::Controller(const ControllerConfig& config)
   const auto m = config.actuators;
   delta_a_.setZero(m);
   velocity_.setZero(m);
+  delivered_.setZero(m);
+  delivered_lambda_.setZero(m);
   decision_.command.axes = m;
   decision_.lambda.setZero(m);
   for (int a = 0; a < m; ++a) {
@@ -57,6 +59,7 @@ const Decision& Controller::step(const hal::Measurement& measurement, const Snap
   decision_.qp_iterations = 0;
   decision_.snapshot_age_ns = snapshot ? cycle.now_ns + cycle.wakeup_ns - snapshot->stamp_ns : 0;
   decision_.command.reset = false;
+  resume_delivered(cycle.undelivered);
   find_faults(measurement, cycle, before);
   serve_operator(cycle);
   if (snapshot) correct(measurement, *snapshot, cycle);
@@ -87,6 +90,21 @@ const Decision& Controller::step(const hal::Measurement& measurement, const Snap
   }
   command();
   return decision_;
+}
+
+/// Drives that have missed commands stand at the last one that they got. From there on the robot goes on from
+/// rest.
+void Controller::resume_delivered(bool undelivered) noexcept {
+  if (decision_.phase != Phase::kRunning && decision_.phase != Phase::kStopping) return;
+  if (!undelivered) return keep_delivered();
+  delta_a_ = delivered_;
+  decision_.lambda = delivered_lambda_;
+  velocity_.setZero();
+}
+
+void Controller::keep_delivered() noexcept {
+  delivered_ = delta_a_;
+  delivered_lambda_ = decision_.lambda;
 }
 
 void Controller::command() noexcept {
@@ -120,6 +138,7 @@ void Controller::hold_measured(const hal::Measurement& measurement, const Snapsh
     const double modelled = snapshot->W_aa.row(a).dot(decision_.lambda) + snapshot->delta_a_free[a];
     if (std::isfinite(modelled)) delta_a_[a] = modelled;
   }
+  keep_delivered();  // drives that are not enabled yet hold what they measure, whatever they hear
 }
 
 void Controller::enter(Phase phase, int64_t now_ns) noexcept {

@@ -68,6 +68,8 @@ class Controller final : public ControlLaw {
   void begin_running(const hal::Measurement& measurement, const Snapshot& snapshot, int64_t now_ns) noexcept;
   bool ends(const CycleInput& cycle) const noexcept;
   void enter(Phase phase, int64_t now_ns) noexcept;
+  void resume_delivered(bool undelivered) noexcept;
+  void keep_delivered() noexcept;
   void serve_target(const Target* target, const CycleInput& cycle) noexcept;
   void correct(const hal::Measurement& measurement, const Snapshot& snapshot,
                const CycleInput& cycle) noexcept;
@@ -87,9 +89,11 @@ class Controller final : public ControlLaw {
   InverseProblem problem_;
   DisturbanceObserver observer_;
   Decision decision_;
-  ActuatorVector delta_a_;   // last command, m or m³
-  ActuatorVector velocity_;  // of the last command, m/s or m³/s
-  bool any_effort_ = false;  // an actuator follows efforts
+  ActuatorVector delta_a_;           // last command, m or m³
+  ActuatorVector delivered_;         // the last one that the bus took, m or m³
+  ActuatorVector delivered_lambda_;  // and its efforts, N or Pa
+  ActuatorVector velocity_;          // of the last command, m/s or m³/s
+  bool any_effort_ = false;          // an actuator follows efforts
   bool has_target_ = false;
   bool end_requested_ = false;  // the run shall end, not wait in kStandby
   int64_t phase_since_ns_ = 0;

@@ -33,12 +33,12 @@ namespace {
 
 constexpr auto kHousekeepingInterval = std::chrono::milliseconds(5);
 
-void log_start(const Config& config, const hal::Bus& bus) {
+void log_start(const Config& config, const hal::Bus& bus, const std::string& bus_name) {
   const size_t m = config.actuators.size();
   spdlog::info("{}: {} on {}", config.robot, m == 1 ? "one actuator" : fmt::format("{} actuators", m),
                bus.describe());
   for (const std::string& warning : warnings_on_drives(config)) spdlog::warn("{}", warning);
-  if (const std::string warning = warning_on_queue(config, bus.transmit_queue()); !warning.empty())
+  if (const std::string warning = warning_on_queue(config, bus_name, bus.transmit_queue()); !warning.empty())
     spdlog::warn("{}", warning);
 }
 
@@ -82,7 +82,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
     lines.emplace(*log);
     rt::keep_to_cpu(log->thread(), "log", config.control.housekeeping_cpu);
   }
-  log_start(config, *bus);
+  log_start(config, *bus, bus_name);
   ControlStack stack(law, std::move(master), *bus);
   ModelThread model(*robot, config, *stack.channels);
   ServiceManager service;

@@ -24,6 +24,7 @@ const rt::Decision& Jog::step(const hal::Measurement& measurement, const rt::Sna
   using rt::Phase;
   ++cycles_;
   const Phase phase = decision_.phase;
+  if (phase == Phase::kRunning || phase == Phase::kStopping) resume_delivered(cycle.undelivered);
   const bool stop = cycle.stop_requested;
   const bool driven = phase >= Phase::kEnabling && phase <= Phase::kStopping;
   const bool faulted = measurement.fault.kind != hal::FaultKind::kNone;
@@ -65,12 +66,25 @@ const rt::Decision& Jog::step(const hal::Measurement& measurement, const rt::Sna
 }
 
 void Jog::connect(const hal::Measurement& measurement) noexcept {
-  start_ = decision_.command.displacement[0] = measurement.displacement[0];
+  start_ = delivered_ = decision_.command.displacement[0] = measurement.displacement[0];
   goal_ = start_ + config_.distance;
   const double slack = kSlack * (config_.greatest - config_.least);
   if (goal_ < config_.least - slack || goal_ > config_.greatest + slack) return end(Ending::kBeyond);
   decision_.command.enable = true;
   enter(rt::Phase::kEnabling);
+}
+
+/// A drive that has missed commands stands at the last one that it got. From there on the jog goes on from
+/// rest.
+void Jog::resume_delivered(bool undelivered) noexcept {
+  double& position = decision_.command.displacement[0];
+  if (!undelivered) {
+    delivered_ = position;
+    return;
+  }
+  position = delivered_;
+  speed_ = 0;
+  if (decision_.phase == rt::Phase::kStopping) enter(rt::Phase::kRunning);  // it has not arrived
 }
 
 /// A trapezoid of speed: never faster than can be braked in whole cycles on what is left of the way,

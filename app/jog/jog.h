@@ -48,6 +48,7 @@ class Jog final : public rt::ControlLaw {
 
  private:
   void connect(const hal::Measurement& measurement) noexcept;
+  void resume_delivered(bool undelivered) noexcept;
   void move(bool stop) noexcept;
   void end(Ending ending) noexcept;
   void enter(rt::Phase phase) noexcept;
@@ -57,6 +58,7 @@ class Jog final : public rt::ControlLaw {
   rt::Decision decision_;
   Ending ending_ = Ending::kArrived;
   hal::DriveFault fault_;
+  double delivered_ = 0;  // the last command that the bus took
   double start_ = 0, goal_ = 0, speed_ = 0;
   int64_t cycles_ = 0;  // in this phase
 };

@@ -121,6 +121,7 @@ int run_jog(const JogOptions& options) {
   const hal::BusLock lock(bus_name);
   const auto bus = hal::open_bus(bus_name, hal::BusRole::kJoin, master->identifiers());
   const auto channels = std::make_unique<rt::Channels>();
+  bus->limit_waiting(hal::kWaitingCycles * hal::frames_in_cycle(1));
   rt::ControlLoop loop(*bus, *master, jog, *channels);
   JogDisplay display(channels->trace, actuator, !options.json);
   rt::ControlThread control({"jog", config.control.priority, config.control.cpu},

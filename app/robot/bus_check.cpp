@@ -27,14 +27,14 @@ std::vector<std::string> advice_on_drives(const Config& config) {
   return master.protocol->advice(master);
 }
 
-std::string warning_on_queue(const Config& config, int frames) {
-  const int needed = static_cast<int>(config.actuators.size()) + 2;  // SYNC and heartbeat
+std::string warning_on_queue(const Config& config, const std::string& bus, int frames) {
+  const int needed = hal::frames_in_cycle(static_cast<int>(config.actuators.size()));
   if (frames == 0 || frames >= needed) return "";
   return fmt::format(
-      "the transmit queue of the bus holds {} frames, and a cycle has {}: what finds no room is lost. Make "
-      "it "
-      "longer: ip link set {} txqueuelen 128",
-      frames, needed, config.bus.name);
+      "the transmit queue of {0} holds {1} frames, and a cycle has {2}: what finds no room is lost. Make it "
+      "longer: "
+      "ip link set {0} txqueuelen {3}. More than {3} frames never wait there",
+      bus, frames, needed, hal::kWaitingCycles * needed);
 }
 
 std::string bus_dbc(const Config& config) {

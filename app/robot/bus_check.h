@@ -19,9 +19,10 @@ std::vector<std::string> warnings_on_drives(const Config& config);
 std::vector<std::string> advice_on_drives(const Config& config);
 
 /// What a person must know of a transmit queue that cannot hold the frames of a cycle; empty where it can.
+/// @param bus     the interface that is used
 /// @param frames  of its transmit queue, 0: no limit, see hal::Bus::transmit_queue
 /// Real-time: no (allocates).
-std::string warning_on_queue(const Config& config, int frames);
+std::string warning_on_queue(const Config& config, const std::string& bus, int frames);
 
 /// Every frame of the robot's bus as a DBC file.
 /// @throws ConfigError as `check_bus`

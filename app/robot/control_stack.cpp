@@ -11,7 +11,9 @@ ControlStack::ControlStack(const rt::ControllerConfig& law, std::unique_ptr<hal:
     : master(std::move(drives)),
       controller(law),
       channels(std::make_unique<rt::Channels>()),
-      loop(bus, *master, controller, *channels) {}
+      loop(bus, *master, controller, *channels) {
+  bus.limit_waiting(hal::kWaitingCycles * hal::frames_in_cycle(law.actuators));
+}
 
 std::string ControlStack::stop_reason(const Config& config) const {
   return describe(controller.latched(), config, *master);

@@ -22,7 +22,7 @@ std::string describe(const rt::LatchedFault& fault, const Config& config, const 
 struct ControlStack {
   /// @param law    limits of the controller
   /// @param drives  master of the drives on that bus
-  /// @param bus    kept by reference
+  /// @param bus    kept by reference; no more than kWaitingCycles' frames may wait for it from now on
   /// Real-time: no (allocates).
   ControlStack(const rt::ControllerConfig& law, std::unique_ptr<hal::DriveMaster> drives, hal::Bus& bus);
 

@@ -69,6 +69,7 @@ class VirtualRig {
 
   const rt::Controller& controller() const { return stack_.controller; }
   const hal::DriveMaster& master() const { return *stack_.master; }
+  const hal::Measurement& measurement() const { return stack_.loop.measurement(); }  ///< of the last cycle
   PlantDisplacements displacements() const { return drives_.displacements(); }
   PlantEfforts efforts() const { return body_.efforts(); }  ///< of the body's last time step
 
@@ -78,6 +79,7 @@ class VirtualRig {
   // What a scenario may do to it.
   PlantDrives& drives() { return drives_; }
   rt::Requests& requests() { return stack_.channels->requests; }
+  hal::VirtualBus& bus() { return medium_; }
   hal::VirtualEndpoint& controller_plug() { return controller_bus_; }
   hal::VirtualEndpoint& plant_plug() { return plant_bus_; }
   void stall_model(bool stalled) { model_stalled_ = stalled; }

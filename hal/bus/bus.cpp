@@ -6,6 +6,8 @@ const char* name(BusHealth health) noexcept {
   switch (health) {
     case BusHealth::kActive:
       return "error-active";
+    case BusHealth::kStalled:
+      return "stalled";
     case BusHealth::kPassive:
       return "error-passive";
     case BusHealth::kOff:

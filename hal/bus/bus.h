@@ -15,10 +15,11 @@ enum class SendResult : uint8_t {
   kDown        // dropped: there is no bus at present
 };
 
-/// Fault confinement of ISO 11898-1, plus "the interface or the host is gone".
-enum class BusHealth : uint8_t { kActive, kPassive, kOff, kDown };
+/// Fault confinement of ISO 11898-1, plus "it takes no more frames at present", as nobody hears those that
+/// wait, and "the interface or the host is gone".
+enum class BusHealth : uint8_t { kActive, kStalled, kPassive, kOff, kDown };
 
-/// "error-active", "error-passive", "bus-off" or "down". Real-time: yes.
+/// "error-active", "stalled", "error-passive", "bus-off" or "down". Real-time: yes.
 const char* name(BusHealth health) noexcept;
 
 /// More frames than wait in the queue of a SocketCAN interface, whatever its users do: who has room for as
@@ -63,6 +64,11 @@ class Bus {
   /// A file descriptor that poll(2) reports readable when `receive` has work; -1 where there is none.
   /// Real-time: yes.
   virtual int descriptor() const noexcept { return -1; }
+
+  /// From now on drops what finds so many frames of ours waiting for the bus. What waits cannot be taken
+  /// back: when the bus works again, all of it comes before any newer frame, however old it is by then.
+  /// Before the first `send`. Real-time: no (a system call).
+  virtual void limit_waiting(int /*frames*/) {}
 
   /// Frames that may wait for the bus to take them; 0: no limit that is known. Real-time: no (a system call).
   virtual int transmit_queue() const { return 0; }

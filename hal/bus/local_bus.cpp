@@ -23,6 +23,9 @@ namespace tendril::hal {
 namespace {
 
 constexpr int kMaxJoiners = 32;
+// Packets that may wait for a host that does not read, where that is limited, and what each takes from
+// SO_SNDBUF: up to 14 frames in each. Longer ones take more.
+constexpr int kWaitingPackets = 16, kWaitingPacketBytes = 768;
 constexpr auto kRetry = std::chrono::milliseconds(20);
 
 /// Frames that travel together, one after the other: each the start of a canfd_frame, with its data filled up
@@ -156,6 +159,7 @@ class LocalJoiner final : public Bus {
       last = write_packet(socket_.get(), load);
       return last == Moved::kYes;
     });
+    stalled_ = last == Moved::kNotNow;
     if (last == Moved::kYes) return SendResult::kSent;
     gone_ = last == Moved::kGone;
     if (gone_) return SendResult::kDown;
@@ -177,16 +181,26 @@ class LocalJoiner final : public Bus {
     return taken;
   }
 
-  BusHealth health() const noexcept override { return gone_ ? BusHealth::kDown : BusHealth::kActive; }
+  BusHealth health() const noexcept override {
+    if (gone_) return BusHealth::kDown;
+    return stalled_ ? BusHealth::kStalled : BusHealth::kActive;
+  }
   uint64_t dropped() const noexcept override { return dropped_; }
   int descriptor() const noexcept override { return socket_.get(); }
   std::string describe() const override { return "local bus at " + path_; }
+  /// The host is a program, which others may keep from the CPU for some milliseconds: more cycles may wait
+  /// for it than for a bus. One waits as a packet.
+  void limit_waiting(int /*frames*/) override {
+    constexpr int kBytes = kWaitingPackets * kWaitingPacketBytes / 2;  // the kernel doubles it
+    ::setsockopt(socket_.get(), SOL_SOCKET, SO_SNDBUF, &kBytes, sizeof kBytes);
+  }
 
  private:
   Descriptor socket_;
   std::string path_;
   Inbox inbox_;
-  bool gone_ = false;  // the host does not come back under this socket
+  bool gone_ = false;     // the host does not come back under this socket
+  bool stalled_ = false;  // the last `send` found no room
   uint64_t dropped_ = 0;
 };
 

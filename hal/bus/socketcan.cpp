@@ -21,6 +21,9 @@ namespace {
 // Asked for with SO_RCVBUF. The kernel doubles it and takes 640 to 768 bytes from it for each frame (its size
 // is that of a socket buffer), which makes 341 to 410 frames: fewer than kMaxWaiting.
 constexpr int kQueueBytes = 128 * 1024;
+// What a frame that waits takes from SO_SNDBUF at most: 640 to 896 bytes, the size of a socket buffer. It is
+// given back when the controller has taken the frame.
+constexpr int kWaitingFrameBytes = 896;
 // Messages that one system call moves.
 constexpr int kBatch = 64;
 
@@ -71,6 +74,7 @@ class SocketCan final : public Bus {
       }
       frames = frames.subspan(count);
     }
+    stalled_ = false;
     return dropped == 0 ? SendResult::kSent : SendResult::kQueueFull;
   }
 
@@ -97,11 +101,18 @@ class SocketCan final : public Bus {
     return taken;
   }
 
-  BusHealth health() const noexcept override { return health_; }
+  BusHealth health() const noexcept override {
+    return stalled_ && health_ == BusHealth::kActive ? BusHealth::kStalled : health_;
+  }
   uint64_t dropped() const noexcept override {
     return send_dropped_ + receive_dropped_ + controller_dropped_;
   }
   int descriptor() const noexcept override { return socket_.get(); }
+  void limit_waiting(int frames) override {
+    const int bytes = frames * kWaitingFrameBytes / 2;  // the kernel doubles it
+    if (::setsockopt(socket_.get(), SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes) != 0)
+      throw BusError(describe() + ": its queue cannot be limited: " + std::strerror(errno));
+  }
   int transmit_queue() const override {
     ifreq request{};
     interface_.copy(request.ifr_name, IFNAMSIZ - 1);
@@ -114,6 +125,7 @@ class SocketCan final : public Bus {
   SendResult refused(size_t left) noexcept {
     // ENOBUFS: the interface's transmit queue, txqueuelen, is full; EAGAIN: the socket's.
     if (errno == ENOBUFS || errno == EAGAIN) {
+      stalled_ = true;
       send_dropped_ += left;
       return SendResult::kQueueFull;
     }
@@ -175,6 +187,7 @@ class SocketCan final : public Bus {
   Messages incoming_, outgoing_;
   ArrivalClock clock_{read_clock_ns(CLOCK_MONOTONIC)};
   BusHealth health_ = BusHealth::kActive;
+  bool stalled_ = false;  // the last `send` found no room
   uint64_t send_dropped_ = 0;
   uint64_t controller_dropped_ = 0;  // overflows of its own buffers; each may have cost several frames
   uint32_t receive_dropped_ = 0;

@@ -1,18 +1,41 @@
 #include "hal/bus/virtual_bus.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace tendril::hal {
 
 VirtualEndpoint::VirtualEndpoint(VirtualBus& medium, std::string name, int capacity)
-    : medium_(medium), name_(std::move(name)), queue_(static_cast<size_t>(capacity)) {}
+    : medium_(medium), name_(std::move(name)), queue_(static_cast<size_t>(capacity)) {
+  limit_waiting(capacity);
+}
+
+void VirtualEndpoint::limit_waiting(int frames) {
+  waiting_limit_ = static_cast<size_t>(frames);
+  waiting_.reserve(waiting_limit_);
+}
+
+void VirtualEndpoint::set_stalled(bool stalled) noexcept {
+  stalled_ = stalled;
+  if (stalled) return;
+  if (connected())
+    for (const Frame& frame : waiting_) medium_.broadcast(*this, frame);
+  waiting_.clear();
+}
 
 bool VirtualEndpoint::connected() const noexcept {
-  return plugged_ && health_ != BusHealth::kOff && health_ != BusHealth::kDown;
+  return plugged_ && !stalled_ && health_ != BusHealth::kOff && health_ != BusHealth::kDown;
 }
 
 SendResult VirtualEndpoint::send(std::span<const Frame> frames) noexcept {
   if (health_ == BusHealth::kOff || health_ == BusHealth::kDown) return SendResult::kDown;
+  const size_t taken = stalled_ ? std::min(frames.size(), waiting_limit_ - waiting_.size()) : frames.size();
+  refused_ = taken < frames.size();
+  if (stalled_) {
+    waiting_.insert(waiting_.end(), frames.begin(), frames.begin() + static_cast<std::ptrdiff_t>(taken));
+    dropped_ += frames.size() - taken;
+    return refused_ ? SendResult::kQueueFull : SendResult::kSent;
+  }
   if (plugged_)
     for (const Frame& frame : frames) medium_.broadcast(*this, frame);
   return SendResult::kSent;

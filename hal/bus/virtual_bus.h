@@ -17,7 +17,10 @@ class VirtualEndpoint final : public Bus {
   using Bus::receive, Bus::send;
   SendResult send(std::span<const Frame> frames) noexcept override;
   int receive(std::span<Frame> frames) noexcept override;
-  BusHealth health() const noexcept override { return health_; }
+  BusHealth health() const noexcept override {
+    return refused_ && health_ == BusHealth::kActive ? BusHealth::kStalled : health_;
+  }
+  void limit_waiting(int frames) override;
   uint64_t dropped() const noexcept override { return dropped_; }
   std::string describe() const override;
 
@@ -29,6 +32,10 @@ class VirtualEndpoint final : public Bus {
   /// Real-time: yes.
   void set_health(BusHealth health) noexcept { health_ = health; }
 
+  /// While stalled, what this node sends waits, up to its limit, and nothing reaches it, as on a bus that
+  /// others hold. At its end all that waits is sent. Real-time: yes.
+  void set_stalled(bool stalled) noexcept;
+
  private:
   friend class VirtualBus;
   VirtualEndpoint(VirtualBus& medium, std::string name, int capacity);
@@ -39,7 +46,10 @@ class VirtualEndpoint final : public Bus {
   std::string name_;
   std::vector<Frame> queue_;  // ring of fixed capacity
   size_t head_ = 0, size_ = 0;
-  bool plugged_ = true;
+  std::vector<Frame> waiting_;  // while stalled
+  size_t waiting_limit_ = 0;
+  bool plugged_ = true, stalled_ = false;
+  bool refused_ = false;  // the last `send` found no room
   BusHealth health_ = BusHealth::kActive;
   uint64_t dropped_ = 0;
 };

@@ -56,6 +56,8 @@ const char* name(FaultKind kind) noexcept {
       return "position feedback lost";
     case FaultKind::kOtherMaster:
       return "another controller commands these drives";
+    case FaultKind::kBusStalled:
+      return "bus takes no frames: is a plug loose, or does another device hold it?";
     case FaultKind::kBusPassive:
       return "bus error-passive";
     case FaultKind::kBusOff:

@@ -36,6 +36,7 @@ enum class FaultKind : uint8_t {
   kHeartbeatLost,    // no heartbeat of a drive [0]
   kFeedbackLost,     // heartbeats of a drive, but no positions [0]
   kOtherMaster,      // another controller commands the drives [identifier of its frames; likewise]
+  kBusStalled,       // the bus takes no more frames [0]
   kBusPassive,       // the bus is error-passive [0]
   kBusOff,           // the controller is bus-off [0]
   kBusDown           // the interface is down, or the host of a local bus is gone [0]
@@ -105,6 +106,14 @@ struct Command {
 struct AxisTarget {
   double displacement = 0, effort = 0;
 };
+
+/// Frames that a master sends in a cycle while the drives follow, at most: a set-point an axis, heartbeat and
+/// SYNC. In no cycle it sends more than twice as many. Real-time: yes.
+constexpr int frames_in_cycle(int axes) noexcept { return axes + 2; }
+
+/// Cycles whose frames may wait for the bus: the last ones of a cycle may still be there when the next one
+/// begins.
+inline constexpr int kWaitingCycles = 2;
 
 /// The controller's side of a drive protocol, for all axes: a state machine. No function waits.
 ///

@@ -7,6 +7,8 @@ FaultKind fault_of(BusHealth health) noexcept {
   switch (health) {
     case BusHealth::kActive:
       return FaultKind::kNone;
+    case BusHealth::kStalled:
+      return FaultKind::kBusStalled;
     case BusHealth::kPassive:
       return FaultKind::kBusPassive;
     case BusHealth::kOff:
@@ -32,7 +34,15 @@ std::string describe_power(const MasterConfig& config, const Measurement& measur
   return text.empty() ? text : text + ". Drives stop by themselves when they miss the controller";
 }
 
-void Supervisor::latch_bus(BusHealth health) noexcept { latch({.kind = fault_of(health)}); }
+/// A bus that is busy for a moment is none that has stalled.
+void Supervisor::latch_bus(BusHealth health, int64_t now_ns) noexcept {
+  if (health != BusHealth::kStalled)
+    stalled_since_ns_ = 0;
+  else if (stalled_since_ns_ == 0)
+    stalled_since_ns_ = now_ns;
+  if (health != BusHealth::kStalled || now_ns - stalled_since_ns_ > feedback_timeout_ns_)
+    latch({.kind = fault_of(health)});
+}
 
 void Supervisor::latch(const DriveFault& fault) noexcept {
   DriveFault& latched = measurement_.fault;

@@ -23,7 +23,9 @@ class Supervisor {
   /// @param config          outlives the supervisor
   /// @param controller_ids  see OtherMaster; empty where a protocol cannot tell another controller's frames
   Supervisor(const MasterConfig& config, const std::vector<uint32_t>& controller_ids)
-      : sensors_(config.sensors, config.start_timeout_ns), other_master_(controller_ids, config.listen_ns) {
+      : feedback_timeout_ns_(config.feedback_timeout_ns),
+        sensors_(config.sensors, config.start_timeout_ns),
+        other_master_(controller_ids, config.listen_ns) {
     measurement_.axes = static_cast<int>(config.axes.size());
   }
 
@@ -53,7 +55,7 @@ class Supervisor {
     Measurement& m = measurement_;
     m.stamp_ns = now_ns;
     m.all_known = m.all_enabled = m.all_disabled = m.finished = true;
-    latch_bus(health);
+    latch_bus(health, now_ns);
     if (other_master_.heard()) latch({.kind = FaultKind::kOtherMaster, .code = other_master_.heard_id()});
     for (int i = 0; i < m.axes; ++i) {
       Axis& axis = axes[i];
@@ -68,6 +70,7 @@ class Supervisor {
       m.finished = m.finished && axis.finished();
       DriveFault fault = axis.fault();
       fault.axis = i;
+      if (health == BusHealth::kStalled && is_silence(fault.kind)) fault = {.kind = FaultKind::kBusStalled};
       latch(fault);
     }
     if (m.all_enabled) other_master_.end();
@@ -95,9 +98,14 @@ class Supervisor {
   static bool reaches(BusHealth health) noexcept {
     return health == BusHealth::kActive || health == BusHealth::kPassive;
   }
-  void latch_bus(BusHealth health) noexcept;
+  static bool is_silence(FaultKind kind) noexcept {
+    return kind == FaultKind::kHeartbeatLost || kind == FaultKind::kFeedbackLost;
+  }
+  void latch_bus(BusHealth health, int64_t now_ns) noexcept;
   void latch(const DriveFault& fault) noexcept;
 
+  int64_t feedback_timeout_ns_;
+  int64_t stalled_since_ns_ = 0;  // 0: the bus takes frames
   SensorBank sensors_;
   OtherMaster other_master_;
   Measurement measurement_;

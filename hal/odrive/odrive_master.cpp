@@ -10,9 +10,9 @@
 namespace tendril::hal {
 namespace {
 
-// Axes for which closed-loop control is requested in one cycle, four frames each: a cycle's frames fit a
-// batch.
-constexpr int kRequestsInOneCycle = 8;
+// Axes for which closed-loop control is requested in one cycle, four frames each; any other axis has two at
+// most: see frames_in_cycle.
+constexpr int kRequestsInOneCycle = 2;
 
 void check_axis(const MasterConfig& config, int i) {
   const AxisConfig& axis = config.axes[i];

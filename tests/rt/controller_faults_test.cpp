@@ -152,6 +152,32 @@ TEST_CASE("Drives that never disable do not keep the run from ending", "[unit]")
   CHECK(cycles > 500);
 }
 
+TEST_CASE("What the bus did not take was not commanded: the robot goes on from the last command that it took",
+          "[law]") {
+  Rig rig;
+  rig.step_until(Phase::kRunning);
+  const double step = rig.config.v_max[0] * rig.config.period_s;
+  const double start = rig.step().command.displacement[0];
+  const double delivered = rig.step().command.displacement[0];
+  REQUIRE(delivered == Approx(start + step));  // it moves
+  REQUIRE(rig.step().command.displacement[0] == Approx(delivered + step));
+  rig.cycle.undelivered = true;
+  for (int k = 0; k < 1000; ++k) REQUIRE(rig.step().command.displacement[0] == Approx(delivered + step));
+  rig.cycle.stop_requested = true;
+  const Decision& last = rig.step();
+  CHECK(last.phase == Phase::kDisabling);  // there is nothing to brake where nobody hears it
+  CHECK(last.command.displacement[0] == Approx(delivered));
+}
+
+TEST_CASE("Drives that are not enabled yet hold what they measure, whether or not they hear it", "[unit]") {
+  Rig rig;
+  rig.cycle.undelivered = true;
+  rig.measurement.displacement[0] = 0.007;
+  while (rig.step().phase < Phase::kRunning) rig.measurement.displacement[0] = 0.007;
+  CHECK(rig.step().command.displacement[0] ==
+        Approx(0.007).margin(2 * rig.config.v_max[0] * rig.config.period_s));
+}
+
 TEST_CASE("The fault table has one line for every fault, in order", "[unit]") {
   for (int k = 0; k < kFaultKinds; ++k) {
     CHECK(static_cast<int>(kFaultTable[k].fault) == k);

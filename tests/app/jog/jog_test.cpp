@@ -70,6 +70,27 @@ TEST_CASE("A jog ends where it was asked to, either way, and the drive is let go
   }
 }
 
+TEST_CASE("A jog goes on from the last command that the bus took, and still ends where it was asked to",
+          "[unit]") {
+  const JogConfig config = two_millimetres();
+  Jog jog(config);
+  Drive drive(1e-3);
+  double known = 0;  // to the drive
+  rt::Phase phase = rt::Phase::kConnecting;
+  for (int k = 0; k < 10'000 && phase != rt::Phase::kStopped; ++k) {
+    const bool lost = k > 0 && k % 200 > 180;  // what the last cycle commanded
+    const rt::Decision& decision = jog.step(drive.measurement, nullptr, nullptr, {.undelivered = lost});
+    if (phase >= rt::Phase::kRunning && !lost)
+      CHECK(std::abs(decision.command.displacement[0] - known) <= 2 * config.speed * kPeriod);
+    phase = decision.phase;
+    known = decision.command.displacement[0];
+    drive.follow(decision.command);
+  }
+  CHECK(phase == rt::Phase::kStopped);
+  CHECK(jog.ending() == Jog::Ending::kArrived);
+  CHECK(drive.measurement.displacement[0] == Approx(3e-3).margin(1e-12));
+}
+
 TEST_CASE("A jog keeps to its speed and starts and ends without a jerk", "[unit]") {
   Jog jog(two_millimetres());
   Drive drive(0);

@@ -38,10 +38,11 @@ void check_refused(const std::string& good, const std::string& bad,
 
 TEST_CASE("A transmit queue that does not hold a cycle's frames is warned of with what to type", "[unit]") {
   const Config config = finger_config();  // two axes, SYNC, heartbeat
-  CHECK(warning_on_queue(config, 0).empty());
-  CHECK(warning_on_queue(config, 4).empty());
-  CHECK_THAT(warning_on_queue(config, 3), Catch::Contains("holds 3 frames, and a cycle has 4") &&
-                                              Catch::Contains("ip link set vcan0 txqueuelen"));
+  CHECK(warning_on_queue(config, "can7", 0).empty());
+  CHECK(warning_on_queue(config, "can7", 4).empty());
+  CHECK_THAT(warning_on_queue(config, "can7", 3),
+             Catch::Contains("queue of can7 holds 3 frames, and a cycle has 4") &&
+                 Catch::Contains("ip link set can7 txqueuelen 8"));
 }
 
 TEST_CASE("What does not fit the mesh is refused with file, line and culprit", "[unit]") {

@@ -317,12 +317,42 @@ TEST_CASE("A queue that nobody empties drops frames and counts them", "[unit]") 
   for (int i = 0; i < 20'000; ++i) joiner->send({.id = 1}) == SendResult::kSent ? ++sent : ++dropped;
   CHECK(dropped > 0);
   CHECK(joiner->dropped() == dropped);
-  CHECK(joiner->health() == BusHealth::kActive);
+  CHECK(joiner->health() == BusHealth::kStalled);
   Frame frame;
   uint64_t received = 0;
   while (host->receive(frame)) ++received;
   CHECK(received == sent);
   CHECK(joiner->send({.id = 1}) == SendResult::kSent);
+  CHECK(joiner->health() == BusHealth::kActive);
+}
+
+TEST_CASE("After a local bus has stalled, few cycles come from before, and then the present one", "[law]") {
+  const SocketPath at;
+  const auto host = open_bus(at.name(), BusRole::kHost), joiner = open_bus(at.name(), BusRole::kJoin);
+  const int axes = GENERATE(1, 4, 12);
+  const int frames = axes + 2;
+  joiner->limit_waiting(2 * frames);
+  Frame frame;
+  CHECK_FALSE(host->receive(frame));
+  std::vector<Frame> cycle(static_cast<size_t>(frames));
+  uint8_t sent = 0;
+  for (; sent < 200; ++sent) {  // cycles in which the host, which stands for the drives, does not look
+    for (Frame& each : cycle) each = {.id = 0x201, .length = 8, .data = {sent}};
+    joiner->send(cycle);
+  }
+  CHECK(joiner->health() == BusHealth::kStalled);
+  int stale = 0;
+  while (host->receive(frame)) {
+    ++stale;
+    CHECK(frame.data[0] < 20);  // those that found room, none of the later ones
+  }
+  CAPTURE(axes, stale);
+  CHECK(stale >= 2 * frames);
+  CHECK(stale <= 20 * frames);  // of 768 bytes 16 packets find room, of 640 bytes 20
+  for (Frame& each : cycle) each = {.id = 0x201, .length = 8, .data = {sent}};
+  CHECK(joiner->send(cycle) == SendResult::kSent);
+  REQUIRE(wait_for(*host, frame));
+  CHECK(frame.data[0] == sent);
 }
 
 TEST_CASE("A stale socket is replaced, a live one and a file are not", "[unit]") {

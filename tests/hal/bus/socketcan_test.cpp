@@ -254,13 +254,32 @@ TEST_CASE("A transmit queue that is full takes no frame after the one it refused
                                    Frame{.id = 5}};
   CHECK(a->send(cycle) == SendResult::kQueueFull);
   CHECK(a->dropped() == 2);
-  CHECK(a->health() == BusHealth::kActive);
+  CHECK(a->health() == BusHealth::kStalled);
   std::array<Frame, 5> received;
   REQUIRE(wait_for(*b, received, 3) == 3);  // others on this machine hear what the queue took
   for (int i = 0; i < 3; ++i) CHECK(received[i] == cycle[i]);
   REQUIRE(shell("tc qdisc del dev " + interface.name() + " root") == 0);
   CHECK(a->send(cycle) == SendResult::kSent);
   CHECK(a->dropped() == 2);
+  CHECK(a->health() == BusHealth::kActive);
+}
+
+TEST_CASE("No more frames wait in the kernel than was said, however long its transmit queue is", "[vcan]") {
+  if (skipped_without_vcan0() || skipped_without_root()) return;
+  const OwnInterface interface("txqueuelen 1000 up");
+  // A bus on which a frame takes a quarter of a minute, once two have passed.
+  if (shell("tc qdisc add dev " + interface.name() + " root tbf rate 8bit burst 32 limit 100000") != 0) {
+    WARN("skipped: no sch_tbf in this kernel, or no tc, to make an interface slow with");
+    return;
+  }
+  const auto bus = open_bus(interface.name(), BusRole::kHost);
+  constexpr int kLimit = 12;
+  bus->limit_waiting(kLimit);
+  int taken = 0;
+  while (taken < 200 && bus->send({.id = 1}) == SendResult::kSent) ++taken;
+  CHECK(taken >= kLimit);
+  CHECK(taken <= 2 + kLimit * 896 / 640 + 1);  // a frame is counted with 640 to 896 bytes
+  CHECK(bus->health() == BusHealth::kStalled);
 }
 
 TEST_CASE("A frame of CAN FD, which is longer than any of ours, is passed over", "[vcan]") {

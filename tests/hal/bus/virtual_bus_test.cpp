@@ -74,6 +74,34 @@ TEST_CASE("A node in bus-off can neither send nor receive, an error-passive one 
   CHECK(b.receive(frame));
 }
 
+TEST_CASE("What waits while a node's bus is stalled comes first, up to its limit, then what is sent next",
+          "[unit]") {
+  VirtualBus bus;
+  VirtualEndpoint& a = bus.attach("a");
+  VirtualEndpoint& b = bus.attach("b");
+  a.limit_waiting(4);
+  a.set_stalled(true);
+  const std::array<Frame, 3> cycle{Frame{.id = 1}, Frame{.id = 2}, Frame{.id = 3}};
+  CHECK(a.send(cycle) == SendResult::kSent);
+  CHECK(a.health() == BusHealth::kActive);
+  CHECK(a.send(cycle) == SendResult::kQueueFull);
+  CHECK(a.health() == BusHealth::kStalled);
+  CHECK(a.dropped() == 2);
+  CHECK(b.send({.id = 7}) == SendResult::kSent);
+  Frame frame;
+  CHECK_FALSE(a.receive(frame));
+  CHECK_FALSE(b.receive(frame));
+  bus.set_time(1'000'000'000);
+  a.set_stalled(false);
+  CHECK(a.send({.id = 9}) == SendResult::kSent);
+  CHECK(a.health() == BusHealth::kActive);
+  for (const uint32_t id : {1, 2, 3, 1, 9}) {
+    REQUIRE(b.receive(frame));
+    CHECK(frame.id == id);
+  }
+  CHECK_FALSE(b.receive(frame));
+}
+
 TEST_CASE("A full queue drops the newest frames and counts them", "[unit]") {
   VirtualBus bus(0, 3);
   VirtualEndpoint& a = bus.attach("a");

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "hal/odrive/odrive_master.h"
@@ -227,6 +228,53 @@ TEST_CASE("An order that was lost is given again", "[unit]") {
   rig.plugs[0]->set_plugged(true);
   CHECK(rig.run_until([&] { return rig.measured.all_enabled; }));
   CHECK_FALSE(rig.faulted());
+}
+
+TEST_CASE("A request of closed-loop control that was lost is repeated with all that belongs before it",
+          "[law]") {
+  MasterConfig config = odrive_config_of(1);
+  odrive_settings(config.axes[0]).velocity_limit = 20;
+  odrive_settings(config.axes[0]).current_limit = 10;
+  OdriveRig rig(config);
+  REQUIRE(rig.run_until([&] { return rig.measured.all_known; }));
+  rig.plugs[0]->set_plugged(false);
+  rig.command.enable = true;
+  rig.cycle();
+  rig.cycle();
+  rig.plugs[0]->set_plugged(true);
+  const size_t from = rig.traffic.size();
+  REQUIRE(rig.run_until([&] { return rig.measured.all_enabled; }));
+  const int request = rig.find("007#08000000", static_cast<int>(from));
+  REQUIRE(request >= 3);
+  CHECK(rig.traffic[request - 3].id == odrive_id(0, OdriveMessage::kSetControllerMode));
+  CHECK(rig.traffic[request - 2].id == odrive_id(0, OdriveMessage::kSetLimits));
+  CHECK(rig.traffic[request - 1].id == odrive_id(0, OdriveMessage::kSetInputPosition));
+}
+
+TEST_CASE("No cycle of an ODrive master has more frames than may wait for the bus", "[law]") {
+  const int axes = GENERATE(1, 2, 4, 9, 32);
+  CAPTURE(axes);
+  MasterConfig config = odrive_config_of(axes);
+  for (AxisConfig& axis : config.axes) {
+    odrive_settings(axis).velocity_limit = 20;
+    odrive_settings(axis).current_limit = 10;
+  }
+  OdriveRig rig(config);
+  int most = 0;
+  const auto count = [&] {
+    most = std::max(most, rig.batch.size());
+    return false;
+  };
+  rig.run_until(count, 300 * kMillisecond_ns);
+  rig.command.enable = true;
+  rig.run_until(count, 2'000 * kMillisecond_ns);
+  CHECK(rig.measured.all_enabled);
+  rig.command.enable = false;
+  rig.command.finish = true;
+  rig.run_until(count, 300 * kMillisecond_ns);
+  CHECK(rig.measured.finished);
+  CHECK(most > axes);
+  CHECK(most <= kWaitingCycles * frames_in_cycle(axes));
 }
 
 TEST_CASE("The state of the bus becomes a fault of the whole robot with ODrive axes too", "[unit]") {
