@@ -65,7 +65,8 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   std::optional<RunRecorder> recorder;
   if (!options.report.empty()) recorder.emplace(config, options.report);
 
-  auto master = hal::make_master(master_config(config));
+  const hal::MasterConfig drives = master_config(config);
+  auto master = hal::make_master(drives);
   const std::string& bus_name = options.bus.empty() ? config.bus.name : options.bus;
   const hal::BusLock lock(bus_name);
   const auto bus = hal::open_bus(bus_name, hal::BusRole::kJoin, master->identifiers());
@@ -105,7 +106,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   const rt::LoopCounts& counts = control.counts();
   std::string reason = stack.stop_reason(config);
   const hal::Measurement& last = stack.loop.measurement();
-  const std::string power = hal::describe_power(master_config(config), last);
+  const std::string power = hal::describe_power(drives, last);
   if (!power.empty()) reason += (reason.empty() ? "" : "; ") + power;
   if (!reason.empty()) {
     service.status("stopped: " + reason);
