@@ -62,15 +62,18 @@ void declare_operation(CommandLine& cli, OperateOptions& options,
       .add("PERCENT", options.percent, "of the speed in the robot file, 0 to 100")
       .required()
       .within(0.0, 100.0);
-  add("disable", "brings the robot to a halt and disables its drives; the daemon goes on watching them",
-      true);
+  add("disable",
+      "brings the robot to a halt, whoever has the control, and disables its drives; the daemon goes on "
+      "watching them",
+      false);
   add("enable", "enables the drives again, where they stand; the robot holds there", true);
   add("reset",
       "after a fault: takes note of it and enables the drives again, where they stand; the robot holds "
       "there. Remove the "
       "cause first, see tendrilctl faults",
       true);
-  add("stop", "ends the run: the robot comes to a halt and its drives are disabled", true);
+  add("stop", "ends the run, whoever has the control: the robot comes to a halt and its drives are disabled",
+      false);
 }
 
 }  // namespace

@@ -230,6 +230,10 @@ int operate(const OperateOptions& options) {
       return faults.empty() ? kOk : kCheckFailed;
     }
     if (options.command == "status" || options.command == "monitor") return watch(client, options);
+    if (options.command == "stop" || options.command == "disable") {  // these need no control
+      client.ask({{"command", options.command}});
+      return options.command == "stop" || wait_for_drives(client, false) ? kOk : kCheckFailed;
+    }
     client.ask({{"command", "acquire"}, {"steal", options.steal}});
     if (options.command == "target")
       go_to(client, options);
@@ -239,9 +243,9 @@ int operate(const OperateOptions& options) {
       client.ask({{"command", "set"}, {"path_rate", options.percent / 100}});
     else
       client.ask({{"command", options.command}});
-    if (options.command == "reset" || options.command == "enable" || options.command == "disable")
-      if (!wait_for_drives(client, options.command != "disable")) return kCheckFailed;
-    if (options.command != "stop") client.ask({{"command", "release"}});
+    if (options.command == "reset" || options.command == "enable")
+      if (!wait_for_drives(client, true)) return kCheckFailed;
+    client.ask({{"command", "release"}});
     return kOk;
   } catch (const RequestRefused& refusal) {
     fmt::print(stderr, "tendrilctl: {}\n", refusal.what());

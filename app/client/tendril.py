@@ -177,7 +177,7 @@ class Robot:
         self._ask("reset")
 
     def stop(self) -> None:
-        """Ends the run; the drives are disabled."""
+        """Ends the run, whoever has the control; the drives are disabled."""
         self._ask("stop")
 
     def states(self, rate: float = 10.0) -> Generator[State, None, None]:

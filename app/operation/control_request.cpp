@@ -37,10 +37,10 @@ const std::array<CommandRow, 14>& commands() {
       {Command::kResume, "resume", {}, true},
       {Command::kHold, "hold", {}, true},
       {Command::kSet, "set", {"path_rate"}, true},
-      {Command::kDisable, "disable", {}, true},
+      {Command::kDisable, "disable", {}, false},
       {Command::kEnable, "enable", {}, true},
       {Command::kReset, "reset", {}, true},
-      {Command::kStop, "stop", {}, true},
+      {Command::kStop, "stop", {}, false},
   }};
   return table;
 }

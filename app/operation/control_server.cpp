@@ -96,8 +96,8 @@ ordered_json ControlServer::answer(int client, const ControlRequest& request) {
       spdlog::info("control released by {}", holder_peer_);
       return ordered_json::object();
     case Command::kDisable:
-      spdlog::info("drives to be disabled, asked for by {}", holder_peer_);
-      requests_.standby = true;
+      if (!requests_.standby.exchange(true))
+        spdlog::info("drives to be disabled, asked for by {}", server_.peer(client));
       return ordered_json::object();
     case Command::kEnable:
       enable();
@@ -106,8 +106,7 @@ ordered_json ControlServer::answer(int client, const ControlRequest& request) {
       reset();
       return ordered_json::object();
     case Command::kStop:
-      spdlog::info("stop asked for by {}", holder_peer_);
-      requests_.stop = true;
+      if (!requests_.stop.exchange(true)) spdlog::info("stop asked for by {}", server_.peer(client));
       return ordered_json::object();
     default:
       break;

@@ -17,8 +17,8 @@
 namespace tendril::app {
 
 /// Lets people and programs operate a running robot: answers requests on a UNIX socket, one JSON object a
-/// line, as docs/control-protocol.md describes them. One client has the control, all may watch. Real-time:
-/// no, for all of it.
+/// line, as docs/control-protocol.md describes them. One client has the control, all may watch and stop.
+/// Real-time: no, for all of it.
 class ControlServer : private LineServer::Listener {
  public:
   /// Listens. Keeps references.

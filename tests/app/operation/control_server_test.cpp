@@ -189,13 +189,13 @@ TEST_CASE("A fault that stops the robot is told with what to do, and reset once 
   CHECK(bench.requests.resets == 1);
 }
 
-TEST_CASE("Drives are disabled and enabled by whoever has the control, in any phase", "[unit]") {
+TEST_CASE("Anybody may have the drives disabled, in any phase; who enables them has the control", "[unit]") {
   Bench bench;
   Client client(bench);
-  CHECK(client.code({{"command", "disable"}}) == "no_control");
-  client.ask({{"command", "acquire"}});
   CHECK(client.code({{"command", "disable"}}) == "ok");
   CHECK(bench.requests.standby);
+  CHECK(client.code({{"command", "enable"}}) == "no_control");
+  client.ask({{"command", "acquire"}});
   CHECK(client.code({{"command", "enable"}}) == "ok");
   CHECK_FALSE(bench.requests.standby);
 }
@@ -211,8 +211,16 @@ TEST_CASE("The path is played, paused and slowed by its commands, and the run en
   CHECK(client.ask({{"command", "play"}}).at("mode") == "path");
   CHECK(client.code({{"command", "set"}, {"path_rate", 0.25}}) == "ok");
   CHECK(bench.targets.path_rate() == 0.25);
+}
+
+TEST_CASE("Whoever may connect may stop the robot, with or without the control", "[law]") {
+  Bench bench;
+  bench.run();
+  Client holder(bench), other(bench);
+  const bool has_control = GENERATE(false, true), is_held = GENERATE(false, true);
+  if (is_held) CHECK(holder.code({{"command", "acquire"}}) == "ok");
   CHECK_FALSE(bench.requests.stop);
-  CHECK(client.code({{"command", "stop"}}) == "ok");
+  CHECK((has_control ? holder : other).code({{"command", "stop"}}) == "ok");
   CHECK(bench.requests.stop);
 }
 
