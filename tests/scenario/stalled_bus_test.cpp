@@ -92,7 +92,7 @@ TEST_CASE("After a bus has stalled, drives hear two cycles from before, and no s
   CHECK(stale <= hal::kWaitingCycles * hal::frames_in_cycle(2));
   CHECK(run.largest_step < 1.01);
   if (stall_s < 0.05) CHECK(run.rig.phase() == Phase::kRunning);
-  if (stall_s < 0.05) CHECK_FALSE(run.rig.controller().faulted());
+  if (stall_s < 0.05) CHECK_FALSE(run.rig.controller().latched().present);
   CHECK(testing::within_limits(run.config, run.rig.trace()));
 }
 
@@ -103,7 +103,7 @@ TEST_CASE("A bus that takes no frames for longer than positions may be late stop
   Running run(robot(protocol));
   run.rig.controller_plug().set_stalled(true);
   REQUIRE(run.rig.run_until(Phase::kStopped, 3));
-  CHECK(run.rig.controller().drive_fault().kind == hal::FaultKind::kBusStalled);
+  CHECK(run.rig.controller().latched().drive.kind == hal::FaultKind::kBusStalled);
   CHECK_THAT(run.rig.stop_reason(), Catch::StartsWith("bus takes no frames"));
   for (int a = 0; a < 2; ++a) CHECK(run.rig.drives().drive(a).power_stage() != hal::PowerStage::kOn);
   CHECK_FALSE(hal::describe_power(run.drives, run.rig.measurement()).empty());
