@@ -106,7 +106,10 @@ class OperateTest(unittest.TestCase):
 
     def test_the_example_of_a_circle_ends_where_it_began(self):
         robot = self.robot()
-        start = robot.status()["target"]
+        robot.acquire()
+        robot.hold()
+        start = next(robot.states())["target"]
+        robot.release()
         subprocess.run([ROOT / "app/client/examples/circle.py", self.socket, "1"], timeout=PATIENCE_S, check=True)
         self.comes_to(robot, start)
 
