@@ -121,7 +121,9 @@ class Robot:
         with contextlib.closing(self.states(rate=50)) as states:
             for state in states:
                 if state["phase"] != "run":
-                    raise Refused("not_running", "; ".join(["the robot stops", *state["faults"]]))
+                    fault = state.get("fault")
+                    words = [fault["what"], fault["do"]] if fault else state["faults"]
+                    raise Refused("not_running", "; ".join(["the robot stops", *words]))
                 if all(abs(state["target"][name] - value) < 1e-9 for name, value in position.items()):
                     return state
         raise ConnectionError("the daemon has ended")
@@ -232,7 +234,7 @@ class Robot:
             except OSError as error:
                 raise self._failure(error) from error
             if not piece:
-                raise ConnectionError("the daemon has ended")
+                raise self._failure(ConnectionResetError())
             self._received += piece
         line, _, self._received = self._received.partition(b"\n")
         try:
@@ -244,6 +246,10 @@ class Robot:
         return message
 
     def _failure(self, error: OSError) -> ConnectionError:
+        """What to raise for an error of the socket, which is closed, so that nothing waits for it again."""
+        if self._socket.fileno() < 0:
+            return ConnectionError("the connection is closed")
+        self._socket.close()
         if isinstance(error, TimeoutError):
             return ConnectionError(f"no answer for {self._socket.gettimeout()} s")
         return ConnectionError("the daemon has ended" if isinstance(error, ConnectionError) else str(error))

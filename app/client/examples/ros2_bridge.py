@@ -121,7 +121,9 @@ class Bridge:
         """Ends the connection; the robot stays at its last target."""
         self._mover = None
         with self._lock:
-            self._lose(ConnectionError("the bridge ends"))
+            if self._robot:
+                self._robot.close()
+            self._robot, self.problem = None, "the bridge ends"
 
     # The connection
 

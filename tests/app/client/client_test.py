@@ -89,6 +89,8 @@ class ClientTest(unittest.TestCase):
         self.robot._socket.settimeout(0.05)
         with self.assertRaisesRegex(ConnectionError, "no answer for 0.05 s"):
             self.robot.status()
+        with self.assertRaisesRegex(ConnectionError, "the connection is closed"):
+            self.robot.status()
 
     def test_a_daemon_that_ends_gives_a_connection_error_and_a_new_one_a_new_connection(self):
         other = self.enterContext(Robot(self.daemon.path, timeout=PATIENCE_S))
