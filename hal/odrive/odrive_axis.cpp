@@ -2,12 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tendril::hal {
 namespace {
 
 // A request of a state is repeated until a heartbeat confirms it: longer than the time between two of them.
 constexpr int64_t kRepeat_ns = 500'000'000;
+
+/// The nearest finite number of the wire.
+float to_float(double value) noexcept {
+  constexpr double kGreatest = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(value, -kGreatest, kGreatest));
+}
 
 }  // namespace
 
@@ -198,12 +205,11 @@ void OdriveAxis::append_mode(FrameBatch& out) const noexcept {
 }
 
 void OdriveAxis::append_torque(double torque, FrameBatch& out) const noexcept {
-  out.push(encode_odrive_torque(node_, static_cast<float>(torque)));
+  out.push(encode_odrive_torque(node_, to_float(torque)));
 }
 
 void OdriveAxis::append_input(double position, double velocity, FrameBatch& out) const noexcept {
-  out.push(encode_odrive_input(
-      node_, {.position = static_cast<float>(position), .velocity = static_cast<float>(velocity)}));
+  out.push(encode_odrive_input(node_, {.position = to_float(position), .velocity = to_float(velocity)}));
 }
 
 void OdriveAxis::restart() noexcept {

@@ -200,4 +200,24 @@ TEST_CASE("Sensors are heard beside ODrive axes", "[unit]") {
   CHECK(rig.measured.sensors.value[2] == Approx(0.125));
 }
 
+TEST_CASE("An ODrive axis is sent finite numbers, however far it is commanded", "[unit]") {
+  const bool on_effort = GENERATE(false, true);
+  const MasterConfig config = odrive_config_of(2);
+  EnabledOdriveRig rig(on_effort ? on_efforts(config, 2, 10) : config);
+  rig.follow_measured = false;
+  rig.command.displacement.fill(GENERATE(1e300, -1e300));
+  rig.command.effort = rig.command.displacement;
+  rig.cycle();
+  int set_points = 0;
+  for (const Frame& frame : rig.batch)
+    for (const int node : {0, 1}) {
+      const auto input = decode_odrive_input(frame, node);
+      const auto torque = decode_odrive_torque(frame, node);
+      if (input) CHECK(std::isfinite(input->position));
+      if (torque) CHECK(std::isfinite(*torque));
+      set_points += input || torque;
+    }
+  CHECK(set_points == 2);
+}
+
 }  // namespace tendril::hal::odrive_master_test
