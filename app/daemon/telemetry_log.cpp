@@ -15,7 +15,7 @@ namespace {
 
 constexpr int64_t kSecond_ns = 1'000'000'000;
 constexpr int64_t kDropsInterval_ns = 10 * kSecond_ns;  // between lines about what was dropped
-constexpr std::size_t kQueueBytes = 16'000'000;         // 20 s of a robot with 16 actuators at 600 Hz
+constexpr std::size_t kQueueBytes = 16'000'000;         // half a minute of a robot with four cables at 600 Hz
 
 double seconds(int64_t ns) { return 1e-9 * static_cast<double>(ns); }
 
