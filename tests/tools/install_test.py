@@ -32,9 +32,10 @@ class InstallTest(unittest.TestCase):
             self.assertRegex(run(self.root / "bin" / program, "--version"), r"^\d+[.]\d+")
         for file in ("systemd/system/tendrild@.service", "sysusers.d/tendril.conf", "udev/rules.d/60-tendril.rules"):
             self.assertTrue((self.root / "lib" / file).is_file(), file)
-        self.assertTrue((self.root / "share/tendril/tendril.py").is_file())
         keyboard = self.root / "share/tendril/examples/keyboard.py"
         self.assertIn("page up/down", run(keyboard, "--help"))  # it finds tendril.py
+        for file in ("tendril.py", "grafana-dashboard.json", "prometheus-rules.yaml"):
+            self.assertTrue((self.root / "share/tendril" / file).is_file(), file)
 
     def test_a_report_is_drawn_by_what_was_installed(self):
         tool = self.root / "libexec/tendril/report"
