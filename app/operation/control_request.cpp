@@ -147,14 +147,8 @@ void read_target(const json& object, ControlRequest& request, const Config& conf
     request.velocity[static_cast<Eigen::Index>(r)] = velocity[r].value_or(0);
 }
 
-}  // namespace
-
-ControlRequest read_request(std::string_view line, const Config& config,
-                            const std::vector<std::string>& coordinates) {
-  const json object = parse(line);
-  if (object.is_discarded() || !object.is_object())
-    throw RequestError(
-        "bad_json", "a line is one JSON object, at most 32 levels deep, such as {\"command\": \"status\"}");
+ControlRequest read_object(const json& object, const Config& config,
+                           const std::vector<std::string>& coordinates) {
   const json version = object.value("version", json(kControlProtocol));
   if (version != kControlProtocol)
     throw RequestError("version", fmt::format("this daemon speaks version {} of the control protocol, not {}",
@@ -183,9 +177,20 @@ ControlRequest read_request(std::string_view line, const Config& config,
   return request;
 }
 
-json id_of(std::string_view line) {
+}  // namespace
+
+ControlRequest read_request(std::string_view line, const Config& config,
+                            const std::vector<std::string>& coordinates) {
   const json object = parse(line);
-  return object.is_object() ? object.value("id", json()) : json();
+  if (!object.is_object())
+    throw RequestError(
+        "bad_json", "a line is one JSON object, at most 32 levels deep, such as {\"command\": \"status\"}");
+  try {
+    return read_object(object, config, coordinates);
+  } catch (RequestError& error) {
+    error.id = object.value("id", json());
+    throw;
+  }
 }
 
 bool needs_control(Command command) {

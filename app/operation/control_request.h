@@ -24,6 +24,8 @@ class RequestError : public std::runtime_error {
       : std::runtime_error(message), code_(std::move(code)) {}
   const std::string& code() const { return code_; }
 
+  nlohmann::json id;  ///< of the request, as far as it could be read; null where not
+
  private:
   std::string code_;
 };
@@ -65,9 +67,6 @@ struct ControlRequest {
 /// Real-time: no.
 ControlRequest read_request(std::string_view line, const Config& config,
                             const std::vector<std::string>& coordinates);
-
-/// The id of a line that was refused, as far as it can be read: null where not.
-nlohmann::json id_of(std::string_view line);
 
 /// Whether only the client that has the control may ask for it.
 bool needs_control(Command command);

@@ -34,7 +34,14 @@ ControlServer::ControlServer(const std::filesystem::path& path, const Config& co
   spdlog::info("operators connect to {}", path.string());
 }
 
-void ControlServer::serve() { server_.serve(); }
+ControlServer::~ControlServer() {
+  if (const std::string line = log_.take(); !line.empty()) spdlog::info("{}", line);
+}
+
+void ControlServer::serve() {
+  server_.serve();
+  if (const std::string line = log_.due(rt::now_ns()); !line.empty()) spdlog::info("{}", line);
+}
 
 void ControlServer::connected(int client) {
   clients_[client] = {};
@@ -56,7 +63,7 @@ void ControlServer::received(int client, std::string_view line) {
       reply = error_of(request.id, error);
     }
   } catch (const RequestError& error) {
-    reply = error_of(id_of(line), error);
+    reply = error_of(error.id, error);
   }
   server_.send(client, text_of(reply));
 }
@@ -70,7 +77,7 @@ void ControlServer::gone(int client) {
   clients_.erase(client);
   if (client != holder_) return;
   holder_ = 0;
-  spdlog::info("control released: {} is gone", holder_peer_);
+  log_.say(fmt::format("control released: {} is gone", holder_peer_));
 }
 
 ordered_json ControlServer::answer(int client, const ControlRequest& request) {
@@ -93,7 +100,7 @@ ordered_json ControlServer::answer(int client, const ControlRequest& request) {
     case Command::kRelease:
       if (client != holder_) throw RequestError("no_control", "this client does not have the control");
       holder_ = 0;
-      spdlog::info("control released by {}", holder_peer_);
+      log_.say(fmt::format("control released by {}", holder_peer_));
       return ordered_json::object();
     case Command::kDisable:
       if (!requests_.standby.exchange(true))
@@ -142,11 +149,9 @@ void ControlServer::acquire(int client, bool steal) {
   if (holder_ != 0 && !steal)
     throw RequestError("control_taken", holder_peer_ + " has the control; \"steal\": true takes it away");
   const std::string peer = server_.peer(client);
-  spdlog::info("control acquired by {}", peer);
-  if (holder_ != 0) {
-    spdlog::warn("control taken away from {}", holder_peer_);
-    server_.send(holder_, text_of({{"event", "control_lost"}, {"to", peer}}));
-  }
+  log_.say(holder_ == 0 ? fmt::format("control acquired by {}", peer)
+                        : fmt::format("control acquired by {}, taken away from {}", peer, holder_peer_));
+  if (holder_ != 0) server_.send(holder_, text_of({{"event", "control_lost"}, {"to", peer}}));
   holder_ = client;
   holder_peer_ = peer;
 }

@@ -9,6 +9,7 @@
 #include "app/config/config.h"
 #include "app/operation/control_request.h"
 #include "app/operation/line_server.h"
+#include "app/operation/paced_log.h"
 #include "app/operation/robot_state.h"
 #include "app/operation/target_source.h"
 #include "rt/channels.h"
@@ -29,6 +30,7 @@ class ControlServer : private LineServer::Listener {
   /// @throws std::runtime_error as LineServer
   ControlServer(const std::filesystem::path& path, const Config& config, TargetSource& targets,
                 rt::Requests& requests, const hal::DriveMaster& master);
+  ~ControlServer() override;
 
   /// Readable, as of poll(), where serve() has something to do.
   int descriptor() const { return server_.descriptor(); }
@@ -67,6 +69,7 @@ class ControlServer : private LineServer::Listener {
   std::map<int, Subscription> clients_;
   int holder_ = 0;           // the client that has the control; 0: none
   std::string holder_peer_;  // who that is
+  PacedLog log_;             // of who has the control
   LineServer server_;
 };
 

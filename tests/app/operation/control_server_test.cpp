@@ -224,6 +224,38 @@ TEST_CASE("Whoever may connect may stop the robot, with or without the control",
   CHECK(bench.requests.stop);
 }
 
+TEST_CASE("A refusal has the id of its request, where the line has one", "[unit]") {
+  Bench bench;
+  Client client(bench);
+  for (const json& request : {json{{"id", "a"}, {"command", "dance"}}, json{{"id", "a"}, {"version", 7}},
+                              json{{"id", "a"}, {"command", "play"}, {"rate", 1}}, json{{"id", "a"}}}) {
+    const json answer = client.ask(request);
+    CHECK(answer.at("ok") == false);
+    CHECK(answer.at("id") == "a");
+  }
+  CHECK(client.ask(json::array({1})).at("id").is_null());
+}
+
+TEST_CASE("A client that takes the control and gives it back again and again gets a line of log a second",
+          "[unit]") {
+  PacedLog log;
+  constexpr int64_t kSecond_ns = 1'000'000'000, kStart_ns = 5 * kSecond_ns;
+  CHECK(log.due(kStart_ns).empty());
+  log.say("control acquired by anna");
+  CHECK(log.due(kStart_ns) == "control acquired by anna");
+  for (int k = 0; k < 1000; ++k) {
+    log.say("control released by anna");
+    CHECK(log.due(kStart_ns + k).empty());
+    log.say("control acquired by anna");
+  }
+  log.say("control released by anna");
+  CHECK(log.due(kStart_ns + kSecond_ns) == "control released by anna (the last of 2001 changes)");
+  CHECK(log.due(kStart_ns + 9 * kSecond_ns).empty());
+  log.say("control acquired by anna");
+  CHECK(log.take() == "control acquired by anna");
+  CHECK(log.take().empty());
+}
+
 TEST_CASE("States come at the rate asked for, and no more once it is 0", "[unit]") {
   Bench bench;
   bench.run();
