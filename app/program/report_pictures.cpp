@@ -9,10 +9,14 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
+#include <thread>
 #include <vector>
 
 #include "app/program/stop_signal.h"
@@ -23,6 +27,8 @@ namespace tendril::app {
 
 namespace {
 
+constexpr auto kLookAtDrawing = std::chrono::milliseconds(10);
+
 /// Of an installed program the one that was installed with it; else that of the source tree.
 std::string report_tool() {
   std::error_code untold;
@@ -31,27 +37,62 @@ std::string report_tool() {
   return std::filesystem::exists(installed, untold) ? installed.string() : TENDRIL_REPORT_TOOL;
 }
 
-/// Runs the tool to its end.
-/// @param input  descriptor that becomes its standard input
-/// @return       whether it did what it was asked
-bool run_tool(std::vector<std::string> words, int input = STDIN_FILENO) {
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  pid_t child = 0;
-  int status = -1;
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  take_signals_as_usual(attributes);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
-  if (posix_spawn(&child, arguments[0], &actions, &attributes, arguments.data(), environ) == 0)
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+/// A process of the tool.
+class Tool {
+ public:
+  /// Starts it.
+  /// @param input  descriptor that becomes its standard input
+  /// @param apart  whether what is typed at the terminal, such as Ctrl-C, is for us alone
+  Tool(std::vector<std::string> words, bool apart, int input = STDIN_FILENO) {
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    if (apart) posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+    take_signals_as_usual(attributes);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+    if (posix_spawn(&child_, arguments[0], &actions, &attributes, arguments.data(), environ) != 0)
+      child_ = -1;
+    posix_spawn_file_actions_destroy(&actions);
+    posix_spawnattr_destroy(&attributes);
+  }
+
+  /// Whether it has ended.
+  bool ended() { return child_ < 0 || reap(WNOHANG); }
+
+  /// Waits for its end.
+  /// @return  whether it did what it was asked
+  bool did_it() {
+    while (child_ >= 0 && !reap(0)) {
     }
-  posix_spawn_file_actions_destroy(&actions);
-  posix_spawnattr_destroy(&attributes);
-  return status == 0;
+    return status_ == 0;
+  }
+
+  void kill() { ::kill(child_, SIGKILL); }
+
+ private:
+  bool reap(int options) {
+    const pid_t ended = ::waitpid(child_, &status_, options);
+    if (ended == 0 || (ended < 0 && errno == EINTR)) return false;
+    child_ = -1;
+    return true;
+  }
+
+  pid_t child_ = -1;
+  int status_ = -1;
+};
+
+/// A word as a shell takes it.
+std::string quoted(const std::string& word) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789/._-+=:,@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string text = "'";
+  for (const char letter : word) text += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
+  return text + "'";
 }
 
 /// Leaves no file that was not there.
@@ -92,15 +133,27 @@ class MemoryFile {
 
 void draw_report(const std::filesystem::path& directory) {
   const std::string tool = report_tool(), folder = directory.string();
-  if (!run_tool({tool, folder}))
-    spdlog::warn("no pictures: '{} {}' failed; python3-matplotlib draws them, then type it again", tool,
-                 folder);
+  const std::string command = quoted(tool) + " " + quoted(folder);
+  const int signals_before = stop_signals();
+  Tool drawing({tool, folder}, true);
+  while (!drawing.ended()) {
+    if (stop_signals() > signals_before) {
+      drawing.kill();
+      drawing.did_it();
+      spdlog::warn("no pictures: a signal ended the drawing; the figures are whole, and this draws them: {}",
+                   command);
+      return;
+    }
+    std::this_thread::sleep_for(kLookAtDrawing);
+  }
+  if (!drawing.did_it())
+    spdlog::warn("no pictures: python3-matplotlib draws them; install it, then type: {}", command);
 }
 
 void draw_robot(const std::string& geometry, const std::filesystem::path& file) {
   check_writable(file);
   const MemoryFile input(geometry);
-  if (!run_tool({report_tool(), "--robot", file.string()}, input.descriptor()))
+  if (!Tool({report_tool(), "--robot", file.string()}, false, input.descriptor()).did_it())
     throw std::runtime_error(
         fmt::format("{} is not drawn: {} failed; install python3-matplotlib, which draws it", file.string(),
                     report_tool()));

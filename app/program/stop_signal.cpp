@@ -11,9 +11,9 @@
 namespace tendril::app {
 namespace {
 
-constexpr auto kLook = std::chrono::milliseconds(10);
+constexpr auto kLookForSignal = std::chrono::milliseconds(10);
 
-std::atomic<bool> signalled{false};
+std::atomic<int> signals{0};
 sigset_t watched = [] {
   sigset_t none;
   sigemptyset(&none);
@@ -34,10 +34,12 @@ void watch_stop_signals() {
   sigaction(SIGPIPE, &ignore, nullptr);
 }
 
-bool stop_signalled() noexcept {
+bool stop_signalled() noexcept { return stop_signals() > 0; }
+
+int stop_signals() noexcept {
   constexpr timespec kAtOnce{0, 0};
-  while (sigtimedwait(&watched, nullptr, &kAtOnce) > 0) signalled.store(true, std::memory_order_relaxed);
-  return signalled.load(std::memory_order_relaxed);
+  while (sigtimedwait(&watched, nullptr, &kAtOnce) > 0) signals.fetch_add(1, std::memory_order_relaxed);
+  return signals.load(std::memory_order_relaxed);
 }
 
 void take_signals_as_usual(posix_spawnattr_t& attributes) {
@@ -61,7 +63,7 @@ EndsWhileStarting::EndsWhileStarting()
             spdlog::info("stopped while starting; no drive was touched");
             std::_Exit(0);
           }
-          std::this_thread::sleep_for(kLook);
+          std::this_thread::sleep_for(kLookForSignal);
         }
       }) {}
 

@@ -18,6 +18,9 @@ void watch_stop_signals();
 /// Whether one of them has come. For any thread. Real-time: no (a system call).
 bool stop_signalled() noexcept;
 
+/// How many have come so far; those that came together may count as one. As stop_signalled().
+int stop_signals() noexcept;
+
 /// Has a child process take these signals as usual.
 /// @param attributes  initialised; flags are added to those that it has
 void take_signals_as_usual(posix_spawnattr_t& attributes);

@@ -5,6 +5,8 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <random>
 #include <thread>
 
@@ -34,7 +36,8 @@ void stop_at_random_instants(int instants) {
   for (int k = 0; k < instants; ++k) {
     const double after_s = instant_s(random);
     CAPTURE(k, after_s);
-    Process daemon(bench.daemon());
+    std::filesystem::remove_all(bench.report());
+    Process daemon(without_pictures(bench.daemon({"--report", bench.report().string()})));
     std::this_thread::sleep_for(std::chrono::duration<double>(after_s));
     daemon.send(SIGTERM);
     if (k % 2 == 1) {  // an impatient one
@@ -46,6 +49,9 @@ void stop_at_random_instants(int instants) {
     // Before main it is the system's own: no drive is touched then either.
     CHECK((code == 0 || (code == -SIGTERM && daemon.err().empty())));
     for (const int node : kNodes) CHECK(is_off(listener, node));
+    if (code != 0 || daemon.err().find("stopped while starting") != std::string::npos) continue;
+    CHECK(read_summary(bench.report()).at("faults").empty());  // the report is whole
+    CHECK_NOTHROW(read_trace(bench.report()));
   }
 }
 
@@ -100,6 +106,37 @@ TEST_CASE("A model that rests for a quarter of an hour between refreshes is ende
   const Ended ended = run(bench.daemon({"--duration", "0.3"}));
   INFO(ended.err);
   CHECK(ended.code == 0);
+}
+
+TEST_CASE("A signal while the pictures are drawn ends the drawing, and nothing else of the report",
+          "[scenario]") {
+  Workbench bench;
+  // Python that says that it has begun, and goes on for as long as the daemon lives.
+  const auto begun = bench.folder() / "begun";
+  std::ofstream(bench.folder() / "sitecustomize.py")
+      << "import os, time\nopen('" << begun.string() << "', 'w').write(str(os.getpid()))\n"
+      << "parent = os.getppid()\nwhile os.getppid() == parent: time.sleep(0.1)\n";
+  const bool by_signal = GENERATE(true, false);
+  std::vector<std::string> command{"env", "PYTHONPATH=" + bench.folder().string()};
+  std::vector<std::string> more{"--report", bench.report().string()};
+  if (!by_signal) more.insert(more.end(), {"--duration", "0.3"});
+  for (const std::string& word : bench.daemon(more)) command.push_back(word);
+  Process daemon(command);
+  if (by_signal) {
+    REQUIRE(daemon.says("phase: run"));
+    daemon.send(SIGTERM);
+  }
+  REQUIRE(tendril::testing::comes_true(
+      [&] { return std::filesystem::exists(begun) && std::filesystem::file_size(begun) > 0; }));
+  daemon.send(SIGINT);
+  CHECK(daemon.wait() == 0);
+  INFO(daemon.err());
+  CHECK_THAT(daemon.err(), Catch::Contains("no pictures: a signal ended the drawing") &&
+                               Catch::Contains("this draws them: ") &&
+                               Catch::Contains("report " + bench.report().string()));
+  CHECK(read_summary(bench.report()).at("faults").empty());
+  CHECK(read_trace(bench.report()).rows.size() > 10);
+  CHECK_FALSE(std::filesystem::exists("/proc/" + read_text_file(begun)));  // nobody goes on drawing
 }
 
 TEST_CASE("Under nohup a hang-up ends nothing", "[scenario]") {
