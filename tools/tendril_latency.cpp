@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "app/config/load_config.h"
+#include "app/config/utf8.h"
 #include "app/program/command_line.h"
 #include "app/program/exit_codes.h"
 #include "app/program/output.h"
@@ -153,7 +154,7 @@ void make_folder(const std::filesystem::path& folder) {
 
 void write_report(const std::filesystem::path& folder, const ordered_json& result) {
   std::ofstream file(folder / kResult);
-  file << result.dump() << '\n';
+  file << app::to_text(result) << '\n';
   file.close();
   if (!file) throw std::runtime_error((folder / kResult).string() + " cannot be written in full");
   app::draw_report(folder);
@@ -206,7 +207,7 @@ int measure(Arguments arguments) {
   const ordered_json verdicts = judge(limits, *stages);
   const ordered_json result = result_of(arguments, *stages, facts, verdicts);
   if (arguments.json)
-    fmt::print("{}\n", result.dump());
+    fmt::print("{}\n", app::to_text(result));
   else
     print_for_people(arguments, *stages, result);
   std::fflush(stdout);

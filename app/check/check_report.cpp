@@ -7,6 +7,7 @@
 
 #include "app/check/cycle_budget.h"
 #include "app/check/waypoint_check.h"
+#include "app/config/utf8.h"
 #include "app/robot/body.h"
 #include "app/robot/bus_check.h"
 #include "app/robot/model_refresher.h"
@@ -266,7 +267,7 @@ int check_robot(const Config& config, bool json) {
   report.json["advice"] = report.advice;
   for (const std::string& advice : report.advice) report.line("advice", advice);
   if (json) {
-    fmt::print("{}\n", report.json.dump());
+    fmt::print("{}\n", to_text(report.json));
   } else {
     fmt::print("{}: {}\n{}{}\n", config.file.string(), config.robot, report.lines,
                good ? "all is well" : "not all is well");

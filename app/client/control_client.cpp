@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "app/config/utf8.h"
 #include "hal/bus/unix_address.h"
 
 namespace tendril::app {
@@ -49,7 +50,7 @@ ordered_json ControlClient::ask(const ordered_json& request) {
   ordered_json message = request;
   message["id"] = ++last_id_;
   message["version"] = kVersion;
-  const std::string line = message.dump() + "\n";
+  const std::string line = to_text(message) + "\n";
   for (std::size_t sent = 0; sent < line.size();) {
     const ssize_t size = ::send(socket_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);
     if (size <= 0) throw std::runtime_error(fmt::format("{}: the daemon does not listen any more", name_));
@@ -59,7 +60,7 @@ ordered_json ControlClient::ask(const ordered_json& request) {
   for (; !answer.contains("ok") || answer.value("id", ordered_json()) != last_id_; answer = read())
     if (answer.contains("event")) events_.push_back(answer);
   if (!answer.value("ok", false))
-    throw RequestRefused(answer.value("error", ordered_json::object()).value("message", answer.dump()));
+    throw RequestRefused(answer.value("error", ordered_json::object()).value("message", to_text(answer)));
   return answer;
 }
 

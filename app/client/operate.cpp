@@ -12,6 +12,7 @@
 
 #include "app/client/control_client.h"
 #include "app/client/trajectory.h"
+#include "app/config/utf8.h"
 #include "app/program/exit_codes.h"
 #include "app/program/stop_signal.h"
 
@@ -89,7 +90,7 @@ std::string screen_of(const std::string& robot, const ordered_json& state) {
 
 void print_state(const ControlClient& client, const OperateOptions& options, const ordered_json& state) {
   if (options.json)
-    fmt::print("{}\n", state.dump());
+    fmt::print("{}\n", to_text(state));
   else
     fmt::print("{}", screen_of(client.greeting().at("robot").get<std::string>(), state));
   std::fflush(stdout);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "app/config/utf8.h"
 #include "app/robot/robot.h"
 
 namespace tendril::app {
@@ -85,7 +86,7 @@ void RunRecorder::finish(const RunFacts& facts, const rt::LoopCounts& counts) {
   summary["warnings"] = statistics_.warnings();
   for (const std::string& fault : resets_) summary["warnings"].push_back("stopped, then reset: " + fault);
 
-  const bool written = write_text(directory_ / "summary.json", summary.dump(2));
+  const bool written = write_text(directory_ / "summary.json", to_text(summary, 2));
   if (!trace_complete || !written) throw incomplete(directory_);
 }
 

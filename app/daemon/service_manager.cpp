@@ -2,6 +2,8 @@
 
 #include <systemd/sd-daemon.h>
 
+#include "app/config/utf8.h"
+
 namespace tendril::app {
 
 ServiceManager::ServiceManager() {
@@ -13,7 +15,7 @@ void ServiceManager::ready() { sd_notify(0, "READY=1"); }
 
 void ServiceManager::stopping() { sd_notify(0, "STOPPING=1"); }
 
-void ServiceManager::status(const std::string& line) { sd_notify(0, ("STATUS=" + line).c_str()); }
+void ServiceManager::status(const std::string& line) { sd_notify(0, ("STATUS=" + valid_utf8(line)).c_str()); }
 
 void ServiceManager::feed_watchdog(int64_t now_ns, int64_t cycles) {
   if (interval_ns_ == 0 || now_ns < due_ns_ || cycles == cycles_fed_) return;

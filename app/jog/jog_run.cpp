@@ -12,6 +12,7 @@
 #include "app/config/config_error.h"
 #include "app/config/load_config.h"
 #include "app/config/master_config.h"
+#include "app/config/utf8.h"
 #include "app/jog/jog.h"
 #include "app/program/output.h"
 #include "app/program/real_time_rights.h"
@@ -120,8 +121,8 @@ int run_jog(const JogOptions& options) {
   const std::string& bus_name = options.bus.empty() ? config.bus.name : options.bus;
   const hal::BusLock lock(bus_name);
   const auto bus = hal::open_bus(bus_name, hal::BusRole::kJoin, master->identifiers());
-  const auto channels = std::make_unique<rt::Channels>();
   bus->limit_waiting(hal::kWaitingCycles * hal::frames_in_cycle(1));
+  const auto channels = std::make_unique<rt::Channels>();
   rt::ControlLoop loop(*bus, *master, jog, *channels);
   JogDisplay display(channels->trace, actuator, !options.json);
   rt::ControlThread control({"jog", config.control.priority, config.control.cpu},
@@ -140,13 +141,12 @@ int run_jog(const JogOptions& options) {
   const double measured = display.measured();
   const std::string text = verdict(jog, *master, actuator, measured) + (power.empty() ? "" : "; " + power);
   if (options.json)
-    fmt::print("{}\n", nlohmann::ordered_json{{"actuator", actuator.name},
-                                              {"arrived", arrived},
-                                              {"start", jog.start()},
-                                              {"commanded", jog.commanded()},
-                                              {"measured", measured},
-                                              {"verdict", text}}
-                           .dump());
+    fmt::print("{}\n", to_text(nlohmann::ordered_json{{"actuator", actuator.name},
+                                                      {"arrived", arrived},
+                                                      {"start", jog.start()},
+                                                      {"commanded", jog.commanded()},
+                                                      {"measured", measured},
+                                                      {"verdict", text}}));
   else
     fmt::print("{}\n", text);
   return arrived ? 0 : 1;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/config/utf8.h"
 #include "app/robot/robot.h"
 #include "rt/periodic_clock.h"
 
@@ -21,10 +22,7 @@ ordered_json error_of(const json& id, const RequestError& error) {
   return {{"id", id}, {"ok", false}, {"error", {{"code", error.code()}, {"message", error.what()}}}};
 }
 
-/// How a line leaves: bytes that are no UTF-8, as a client may have put into its id, are replaced.
-std::string text_of(const ordered_json& message) {
-  return message.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
-}
+std::string text_of(const ordered_json& message) { return to_text(message); }
 
 }  // namespace
 

@@ -17,6 +17,8 @@
 #include <string_view>
 #include <utility>
 
+#include "app/config/utf8.h"
+
 namespace tendril::app {
 namespace {
 
@@ -37,7 +39,9 @@ class StderrSink final : public spdlog::sinks::base_sink<std::mutex> {
       }
       dropped_ = 0;
     }
-    if (!write_line(std::string_view(line.data(), std::min(line.size(), kLongestLine)))) ++dropped_;
+    // The journal shows a line that is no UTF-8 only as so many bytes.
+    const std::string text = valid_utf8(std::string_view(line.data(), line.size()));
+    if (!write_line(std::string_view(text).substr(0, kLongestLine))) ++dropped_;
   }
   void flush_() override {}
 

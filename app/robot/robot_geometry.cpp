@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/config/utf8.h"
 #include "app/robot/body.h"
 #include "app/robot/place.h"
 #include "fem/mesh/surface.h"
@@ -174,7 +175,7 @@ class Describer {
 }  // namespace
 
 std::string robot_geometry(const Config& config, const fem::Mesh& mesh) {
-  return Describer(config, mesh).describe().dump();
+  return to_text(Describer(config, mesh).describe());
 }
 
 }  // namespace tendril::app

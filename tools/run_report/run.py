@@ -27,7 +27,7 @@ def read_summary(folder):
     """The figures of summary.json as a dictionary, every key of SUMMARY_KEYS present."""
     path = Path(folder) / "summary.json"
     try:
-        summary = json.loads(path.read_text())
+        summary = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise ReportError(f"{path} does not exist; tendrild --report {folder} writes it") from None
     except ValueError as error:
@@ -48,7 +48,7 @@ class Trace:
     def __init__(self, folder):
         self.path = Path(folder) / "trace.csv"
         try:
-            with self.path.open(newline="") as file:
+            with self.path.open(newline="", encoding="utf-8", errors="replace") as file:
                 rows = csv.reader(file)
                 header = next(rows, [])
                 columns = list(zip(*(row for row in rows if len(row) == len(header))))  # a cut last line is left out

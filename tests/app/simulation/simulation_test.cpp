@@ -1,4 +1,6 @@
 #include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
 
 #include "tests/app/program/programs.h"
 
@@ -55,6 +57,24 @@ TEST_CASE("A fault of the plant ends a simulated run with exit code 1 and the re
   CHECK(simulated.ended.code == 1);
   CHECK_THAT(simulated.ended.err, Catch::Contains("stopped: ") && Catch::Contains("heartbeat lost"));
   CHECK(read_summary(simulated.report())["faults"].size() == 1);
+}
+
+TEST_CASE("Robot and report may lie in a folder whose name is no text", "[scenario]") {
+  const RobotFile beside("");
+  const auto folder = beside.folder() / "two words, 'quoted' \"twice\"\n\xFF";
+  std::filesystem::create_directory(folder);
+  const auto file = folder / "\xFE.yaml", report = folder / "report";
+  std::ofstream(file) << finger();
+  const Ended ended = run({kDaemon, file.string(), "--simulate", "0.1", "--report", report.string()});
+  INFO(ended.err);
+  CHECK(ended.code == 0);
+  CHECK_THAT(read_summary(report).at("configuration").get<std::string>(),
+             Catch::EndsWith("two words, 'quoted' \"twice\"\n\uFFFD/\uFFFD.yaml"));
+  CHECK(read_trace(report).rows.size() > 10);
+  if (ended.err.find("no pictures") == std::string::npos)
+    CHECK(std::filesystem::exists(report / "report.html"));
+  else
+    WARN("skipped: pictures, as there is no python3-matplotlib");
 }
 
 TEST_CASE("Without a simulated body there is nothing to simulate", "[unit]") {
