@@ -168,13 +168,28 @@ struct SensorConfig {
   std::vector<MeasuredConfig> measures;  // one a signal of the frame
 };
 
-/// The path of an effector: waypoints visited at constant speed.
+/// A closed curve x(φ) = amplitude · sin(frequency φ + phase) in each coordinate, 0 ≤ φ ≤ 2π.
+struct CurveConfig {
+  Eigen::Vector3d amplitude = Eigen::Vector3d::Zero();  // m
+  Eigen::Vector3d frequency = Eigen::Vector3d::Zero();  // whole numbers
+  Eigen::Vector3d phase = Eigen::Vector3d::Zero();      // rad
+};
+
+/// Points of a curve that stand for its waypoints, evenly in φ: where --check looks.
+inline constexpr int kWaypointsOfCurve = 12;
+
+/// The path of an effector: waypoints, visited straight and at constant speed or within limits, or a curve.
 struct MotionConfig {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // m
   std::vector<Eigen::Vector3d> waypoints;            // m, from the origin
   double speed = 0;                                  // m/s
   bool closed = true;
   int effector = 0;  // its place in the list of effectors; one of points
+  std::optional<double> acceleration = {},
+                        jerk = {};        // limits, m/s², m/s³; none: constant speed with sharp corners
+  double corners = 0;                     // m, how far a path within limits stays from its waypoints
+  std::optional<int> turns = {};          // of a closed path or a curve; none: for ever
+  std::optional<CurveConfig> curve = {};  // the path; the waypoints are then points of it
 };
 
 /// The servo drives of the simulated robot, one setting for all: what is relative is so to the limits of each

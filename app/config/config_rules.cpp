@@ -149,22 +149,37 @@ void check_speed(const Value& robot, const MotionConfig& motion) {
                     1e3 * length / kLongest_s, seconds / 86'400));
 }
 
+bool in_workspace(const ControlConfig& control, const Eigen::Vector3d& p) {
+  constexpr double kRounding = 1e-9;  // m; 0.1 + 0.2 is above 0.3 in binary
+  return (p.array() >= control.workspace_min.array() - kRounding).all() &&
+         (p.array() <= control.workspace_max.array() + kRounding).all();
+}
+
+/// Straight ways between waypoints stay inside where these are; a curve reaches as far as its amplitudes.
+void check_in_workspace(const Value& robot, const Config& config) {
+  const MotionConfig& motion = *config.motion;
+  const Value section = robot.at("motion"), waypoints = section.at("waypoints");
+  const auto expected = [](const char* what, const Eigen::Vector3d& p) {
+    return fmt::format("{} in control.workspace; with the origin it is at {:g} {:g} {:g} m", what, p.x(),
+                       p.y(), p.z());
+  };
+  if (!waypoints.is_list()) {
+    const Eigen::Vector3d reach = motion.curve ? motion.curve->amplitude : motion.waypoints[0].cwiseAbs();
+    for (const double side : {-1.0, 1.0})
+      if (const Eigen::Vector3d p = motion.origin + side * reach; !in_workspace(config.control, p))
+        section.at("size").fail(expected("a shape", p));
+    return;
+  }
+  for (std::size_t i = 0; i < motion.waypoints.size(); ++i)
+    if (const Eigen::Vector3d p = motion.origin + motion.waypoints[i]; !in_workspace(config.control, p))
+      waypoints.at(i).fail(expected("a waypoint", p));
+}
+
 void check_motion(const Value& robot, const Config& config) {
   if (!config.motion) return;
   check_follower(robot, config);
   check_speed(robot, *config.motion);
-  constexpr double kRounding = 1e-9;  // m; 0.1 + 0.2 is above 0.3 in binary
-  const ControlConfig& control = config.control;
-  for (std::size_t i = 0; i < config.motion->waypoints.size(); ++i) {
-    const Eigen::Vector3d p = config.motion->origin + config.motion->waypoints[i];
-    if ((p.array() >= control.workspace_min.array() - kRounding).all() &&
-        (p.array() <= control.workspace_max.array() + kRounding).all()) {
-      continue;
-    }
-    const Value waypoint = robot.at("motion").at("waypoints").at(i);
-    waypoint.fail(fmt::format("a waypoint in control.workspace; with the origin it is at {:g} {:g} {:g} m",
-                              p.x(), p.y(), p.z()));
-  }
+  check_in_workspace(robot, config);
 }
 
 void check_feedback(const Value& robot, const Config& config) {

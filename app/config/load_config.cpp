@@ -6,6 +6,7 @@
 
 #include "app/config/config_body.h"
 #include "app/config/config_drive.h"
+#include "app/config/config_motion.h"
 #include "app/config/config_rules.h"
 #include "app/config/config_sensors.h"
 #include "app/config/plant_fault_parser.h"
@@ -94,24 +95,6 @@ void read_bus(Reader& r, BusConfig& bus, Protocols protocols) {
   common.time("heartbeat", master.heartbeat_ns, kHeartbeat);
   common.time("heartbeat_timeout", master.heartbeat_timeout_ns, kHeartbeat);
   common.time("feedback_timeout", master.feedback_timeout_ns, kHeartbeat);
-}
-
-/// The place of the effector that has that name; one that has positions.
-void read_effector_name(const Value& v, const std::vector<EffectorConfig>& effectors, int& index) {
-  const std::string name = v.text("the name of an effector");
-  const auto found = std::ranges::find(effectors, name, &EffectorConfig::name);
-  if (found == effectors.end()) v.fail("the name of an effector");
-  if (found->cavity) v.fail("an effector of points, as waypoints are positions");
-  index = static_cast<int>(found - effectors.begin());
-}
-
-void read_motion(Reader& r, MotionConfig& motion, const std::vector<EffectorConfig>& effectors) {
-  r.need("origin", motion.origin, Dimension::kLength);
-  r.need("waypoints", motion.waypoints, Dimension::kLength);
-  r.need("speed", motion.speed, Dimension::kSpeed, kPositive);
-  r.may("closed", motion.closed);
-  r.may("effector", motion.effector,
-        [&](const Value& v, int& index) { read_effector_name(v, effectors, index); });
 }
 
 void read_servo(Reader& r, ServoConfig& servo, const SpokenProtocol& protocol) {

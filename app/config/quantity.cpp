@@ -45,6 +45,9 @@ constexpr std::array kUnits = {
     Unit{"m/s", Dimension::kSpeed},
     Unit{"mm/s", Dimension::kSpeed, 1, 1e3},
     Unit{"m/s^2", Dimension::kAcceleration},
+    Unit{"mm/s^2", Dimension::kAcceleration, 1, 1e3},
+    Unit{"m/s^3", Dimension::kJerk},
+    Unit{"mm/s^3", Dimension::kJerk, 1, 1e3},
     Unit{"rad", Dimension::kAngle},
     Unit{"deg", Dimension::kAngle, std::numbers::pi, 180},
     Unit{"m^3", Dimension::kVolume},
@@ -96,6 +99,8 @@ DimensionTraits traits_of(Dimension dimension) {
       return {"a speed", "speeds", 1e-9, 1e3};
     case Dimension::kAcceleration:
       return {"an acceleration", "accelerations", 1e-6, 1e4};
+    case Dimension::kJerk:
+      return {"a jerk", "jerks", 1e-6, 1e6};
     case Dimension::kAngle:
       return {"an angle", "angles", 1e-9, 1e3};
     case Dimension::kVolume:

@@ -187,6 +187,7 @@ void ControlServer::aim(const ControlRequest& request, int64_t now_ns) {
     if (rows[r].is_position()) way = std::hypot(way, goal[k] - from[k]);
   }
   const double speed = request.speed.value_or(config_.motion ? config_.motion->speed : kDefaultSpeed);
+  if (!request.in_s && motion_limits(config_)) return targets_.go(now_ns, goal, speed);
   const double duration_s = request.in_s.value_or(way / speed);
   targets_.aim(now_ns, goal, std::llround(1e9 * duration_s), request.velocity);
 }

@@ -4,10 +4,24 @@
 #include <cmath>
 #include <utility>
 
+#include "app/robot/robot.h"
+
 namespace tendril::app {
+namespace {
+
+// A target on a path whose clock changes its rate runs on for no longer than this if the next one does not
+// come.
+constexpr int64_t kExtrapolated_ns = 50'000'000;
+
+}  // namespace
 
 TargetSource::TargetSource(const Config& config, rt::EffectorVector rest)
-    : config_(config), rest_(std::move(rest)) {}
+    : config_(config), limits_(motion_limits(config)), rest_(std::move(rest)) {
+  const auto rows = effector_rows(config);
+  positions_.resize(rest_.size());
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    positions_[static_cast<Eigen::Index>(k)] = rows[k].is_position() ? 1 : 0;
+}
 
 void TargetSource::begin(const rt::RunStart& start) {
   begun_ = true;
@@ -32,11 +46,13 @@ std::optional<rt::Target> TargetSource::at(int64_t now_ns) const {
       return std::nullopt;
     case Mode::kPath:
     case Mode::kPaused:
+      if (way_ && now_ns < clock_ns_) break;  // not yet at rest to begin it
       return path_target(now_ns);
     case Mode::kTarget:
     case Mode::kHold:
       break;
   }
+  if (way_) return target_of(way_->at(1e-9 * static_cast<double>(now_ns - way_ns_)), now_ns);
   rt::Target target = now_ns < to_goal_.until_ns ? to_goal_ : beyond_;
   target.position = target.at(now_ns);
   target.stamp_ns = now_ns;
@@ -58,12 +74,48 @@ void TargetSource::aim(int64_t now_ns, const rt::EffectorVector& goal, int64_t d
   to_goal_.until_ns = now_ns + duration_ns;
   beyond_ = {goal, velocity, to_goal_.until_ns,
              to_goal_.until_ns + std::llround(1e9 * config_.control.target_age_limit)};
+  way_.reset();
+  mode_ = Mode::kTarget;
+  undisturbed_ = false;
+}
+
+double TargetSource::distance(const rt::EffectorVector& a, const rt::EffectorVector& b) const {
+  return (b - a).cwiseProduct(positions_).norm();
+}
+
+SmoothWay TargetSource::coming_to_rest(int64_t now_ns) const {
+  const rt::EffectorVector none = 0 * positions_;
+  SmoothWay::State motion{wanted(now_ns), none, none};
+  if (const auto target = at(now_ns); target && target->until_ns > now_ns) {
+    motion.velocity = target->velocity;
+    if (target->acceleration.size() > 0) motion.acceleration = target->acceleration;
+  }
+  return SmoothWay(motion, none, positions_, *limits_);
+}
+
+void TargetSource::go(int64_t now_ns, const rt::EffectorVector& goal, double speed) {
+  if (!limits_) {
+    const double seconds = distance(wanted(now_ns), goal) / speed;
+    return aim(now_ns, goal, std::llround(1e9 * seconds), 0 * goal);
+  }
+  SmoothWay way = coming_to_rest(now_ns);
+  way.go_to(goal, distance(way.end(), goal), {speed, limits_->acceleration, limits_->jerk});
+  way_ = std::move(way);
+  way_ns_ = now_ns;
   mode_ = Mode::kTarget;
   undisturbed_ = false;
 }
 
 void TargetSource::hold(int64_t now_ns) {
-  if (mode_ != Mode::kNone) stay(now_ns);
+  if (mode_ == Mode::kNone) return;
+  if (limits_) {
+    way_ = coming_to_rest(now_ns);
+    way_ns_ = now_ns;
+    mode_ = Mode::kHold;
+    undisturbed_ = false;
+    return;
+  }
+  stay(now_ns);
 }
 
 void TargetSource::stay(int64_t now_ns) {
@@ -72,29 +124,64 @@ void TargetSource::stay(int64_t now_ns) {
   mode_ = Mode::kHold;
 }
 
-int64_t TargetSource::path_time_ns(int64_t now_ns) const {
-  return path_ns_ + std::llround(clock_rate_ * static_cast<double>(now_ns - clock_ns_));
+TargetSource::PathClock TargetSource::path_clock(int64_t now_ns) const {
+  double since_s = 1e-9 * static_cast<double>(now_ns - clock_ns_);
+  int64_t path_ns = path_ns_;
+  if (clock_) {
+    const SmoothWay::State clock = clock_->at(since_s);
+    path_ns += std::llround(1e9 * clock.position[0]);
+    since_s -= clock_->duration_s();
+    if (since_s < 0) return {path_ns, clock.velocity[0], clock.acceleration[0]};
+    return {path_ns + std::llround(1e9 * clock_rate_ * since_s), clock_rate_, 0};
+  }
+  return {path_ns + std::llround(clock_rate_ * static_cast<double>(now_ns - clock_ns_)), clock_rate_, 0};
 }
 
 /// The piece of the path at its own time, told in ours.
 rt::Target TargetSource::path_target(int64_t now_ns) const {
-  rt::Target target = path_->at(path_time_ns(now_ns));
+  const PathClock clock = path_clock(now_ns);
+  rt::Target target = path_->at(clock.path_ns);
   const auto left_ns = static_cast<double>(target.until_ns - target.stamp_ns);
   target.stamp_ns = target.until_ns = now_ns;
-  target.velocity *= clock_rate_;
-  if (clock_rate_ > 0) target.until_ns += std::llround(left_ns / clock_rate_);
+  if (target.acceleration.size() > 0)
+    target.acceleration = clock.rate * clock.rate * target.acceleration + clock.change * target.velocity;
+  target.velocity *= clock.rate;
+  if (clock.change != 0)
+    target.until_ns += kExtrapolated_ns;
+  else if (clock.rate > 0)
+    target.until_ns += std::llround(left_ns / clock.rate);
   return target;
 }
 
+/// Within limits the rate of the clock changes along a ramp of its own: on a straight piece of path the
+/// target then keeps to the limits.
 void TargetSource::set_path_clock(int64_t now_ns, double rate) {
-  path_ns_ = path_time_ns(now_ns);
+  if (limits_ && now_ns < clock_ns_) {  // at rest before the path begins: no ramp is needed
+    clock_rate_ = rate;
+    return;
+  }
+  const PathClock clock = path_clock(now_ns);
+  path_ns_ = clock.path_ns;
   clock_ns_ = now_ns;
+  if (limits_) {
+    const auto scalar = [](double value) { return rt::EffectorVector::Constant(1, value); };
+    const double speed = limits_->speed;
+    clock_ = SmoothWay({scalar(0), scalar(clock.rate), scalar(clock.change)}, scalar(rate), scalar(1),
+                       {1, limits_->acceleration / speed, limits_->jerk / speed});
+  }
   if (std::exchange(clock_rate_, rate) != rate) undisturbed_ = false;
 }
 
 void TargetSource::follow_path(int64_t now_ns) {
-  path_.emplace(config_, rest_, rt::RunStart{now_ns, wanted(now_ns)});
-  clock_ns_ = path_ns_ = now_ns;
+  rt::RunStart start{now_ns, wanted(now_ns)};
+  if (limits_) {
+    way_ = coming_to_rest(now_ns);
+    way_ns_ = now_ns;
+    start = {now_ns + std::llround(1e9 * way_->duration_s()), way_->end()};
+  }
+  path_.emplace(config_, rest_, start);
+  clock_.reset();
+  clock_ns_ = path_ns_ = start.stamp_ns;
   clock_rate_ = path_rate_;
   mode_ = Mode::kPath;
   undisturbed_ = false;

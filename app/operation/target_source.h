@@ -5,6 +5,7 @@
 
 #include "app/config/config.h"
 #include "app/robot/motion.h"
+#include "app/robot/smooth_way.h"
 #include "rt/channels.h"
 #include "rt/target.h"
 
@@ -12,7 +13,8 @@ namespace tendril::app {
 
 /// What the effectors shall do from moment to moment: follow the path of the robot file, go where an operator
 /// wants them, or stay. Whatever is asked begins where the effectors are wanted at that moment, so the target
-/// never jumps. Real-time: no, for all of it (allocates).
+/// never jumps. Where the robot file limits acceleration and jerk, the target keeps to them, but in aim(),
+/// whose caller has a plan of its own. Real-time: no, for all of it (allocates).
 class TargetSource {
  public:
   enum class Mode {
@@ -48,6 +50,11 @@ class TargetSource {
   void aim(int64_t now_ns, const rt::EffectorVector& goal, int64_t duration_ns,
            const rt::EffectorVector& velocity);
 
+  /// Goes straight to a goal at a speed and stays; within the limits of the file, from rest to rest: a target
+  /// on its way comes to rest first.
+  /// @param speed  m/s
+  void go(int64_t now_ns, const rt::EffectorVector& goal, double speed);
+
   void hold(int64_t now_ns);
 
   /// Begins the path of the robot file, which there must be, anew.
@@ -65,11 +72,22 @@ class TargetSource {
 
  private:
   void stay(int64_t now_ns);
-  int64_t path_time_ns(int64_t now_ns) const;
+  /// The time of the path at an instant.
+  struct PathClock {
+    int64_t path_ns;
+    double rate, change;  // s/s, 1/s
+  };
+
+  PathClock path_clock(int64_t now_ns) const;
   rt::Target path_target(int64_t now_ns) const;
   void set_path_clock(int64_t now_ns, double rate);
+  /// From the motion at an instant to rest.
+  SmoothWay coming_to_rest(int64_t now_ns) const;
+  double distance(const rt::EffectorVector& a, const rt::EffectorVector& b) const;
 
   const Config& config_;
+  std::optional<MotionLimits> limits_;
+  rt::EffectorVector positions_;  // 1 for coordinates that are positions, 0 for volumes
   rt::EffectorVector rest_;
   rt::EffectorVector start_;  // where the model put the effectors at the start
   bool begun_ = false, again_ = false, undisturbed_ = true;
@@ -79,8 +97,11 @@ class TargetSource {
   double path_rate_ = 1;                // asked for
   double clock_rate_ = 1;               // of path time: path_rate_, or 0
   int64_t clock_ns_ = 0, path_ns_ = 0;  // path time at an instant
+  std::optional<SmoothWay> clock_;      // within limits: path time since then, s, while its rate changes
 
-  rt::Target to_goal_, beyond_;  // in modes kTarget and kHold
+  rt::Target to_goal_, beyond_;   // in modes kTarget and kHold, but
+  std::optional<SmoothWay> way_;  // within limits, from way_ns_ on
+  int64_t way_ns_ = 0;
 };
 
 /// "none", "path", "paused", "target", "hold".

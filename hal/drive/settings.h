@@ -25,6 +25,7 @@ enum class Dimension {
   kPressure,      // Pa
   kSpeed,         // m/s
   kAcceleration,  // m/s²
+  kJerk,          // m/s³
   kAngle,         // rad
   kVolume,        // m³
   kFlow,          // m³/s

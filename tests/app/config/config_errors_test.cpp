@@ -64,6 +64,43 @@ TEST_CASE("The effector of a motion is one of points that the file has", "[unit]
              Catch::Contains("motion.effector: found 'air', expected an effector of points"));
 }
 
+TEST_CASE("The limits of a motion and its shape fit together", "[unit]") {
+  const std::string speed = "  speed: 25 mm/s";
+  check_mistakes({
+      {speed,
+       speed + "\n  jerk: 1 m/s^3",
+       "jerk: 1",
+       {"motion.jerk: found '1 m/s^3', expected an acceleration"}},
+      {speed,
+       speed + "\n  corners: 1 mm",
+       "corners",
+       {"motion.corners", "expected an acceleration beside it"}},
+      {speed, speed + "\n  acceleration: 0 mm/s^2", "acceleration", {"motion.acceleration", "above 0"}},
+      {speed, speed + "\n  size: 20 20 mm", "size: 20", {"motion.size", "no such key without a shape"}},
+      {speed, speed + "\n  turns: 0", "turns", {"motion.turns", "1"}},
+      {speed, speed + "\n  shape: circle", "motion:", {"found keys 'waypoints' and 'shape'"}},
+  });
+  const auto with_shape = [](const std::string& shape) {
+    const std::size_t motion = kGood.find("motion:");
+    return error_of(
+        RobotFile(kGood.substr(0, motion) + "motion: {origin: 0 0 125 mm, speed: 20 mm/s, " + shape + "}\n")
+            .path());
+  };
+  CHECK(with_shape("shape: circle, size: 20 20 mm") == "no error");
+  CHECK(with_shape("shape: line, size: 20 0 mm, plane: yz, turns: 3") == "no error");
+  CHECK(with_shape("shape: lissajous, size: 20 10 mm, frequencies: [5, 4]") == "no error");
+  CHECK_THAT(with_shape("shape: circle"), Catch::Contains("motion.size: found nothing, expected the size"));
+  CHECK_THAT(with_shape("shape: circle, size: 20 0 mm"), Catch::Contains("only a line may be 0 wide"));
+  CHECK_THAT(with_shape("shape: circle, size: 20 20 mm, frequencies: [3, 2]"),
+             Catch::Contains("only a shape lissajous has it"));
+  CHECK_THAT(with_shape("shape: eight, size: 20 20 mm, closed: true"), Catch::Contains("a shape is closed"));
+  CHECK_THAT(with_shape("shape: lissajous, size: 20 20 mm, frequencies: [3, 0]"),
+             Catch::Contains("frequencies[1]"));
+  CHECK_THAT(with_shape("shape: circle, size: 20 1000 mm"),
+             Catch::Contains("motion.size: found '20 1000 mm', expected a shape in control.workspace"));
+  CHECK_THAT(with_shape("shape: square, size: 1000 20 mm"), Catch::Contains("in control.workspace"));
+}
+
 TEST_CASE("The file that the mistakes are made in is good", "[unit]") {
   const RobotFile file(kGood);
   CHECK(error_of(file.path()) == "no error");
@@ -90,7 +127,7 @@ TEST_CASE("A quantity in the wrong unit, number or form is refused with what is 
       {"gravity: 0 0 -9.81 m/s^2",
        "gravity: -9.81 m/s^2",
        nullptr,
-       {"gravity: found", "three accelerations (m/s^2)"}},
+       {"gravity: found", "three accelerations (m/s^2, mm/s^2)"}},
       {"point: 0 0 125 mm",
        "point: [0, 0, 125 mm]",
        nullptr,

@@ -302,6 +302,11 @@ TEST_CASE("The manual's example sets every key to a value of its own", "[unit]")
   CHECK(c.sensors[1].measures[2].actuator == 3);
   CHECK_FALSE(c.motion->closed);
   CHECK(c.motion->effector == 1);
+  CHECK(c.motion->acceleration == 0.2);
+  CHECK(c.motion->jerk == 4.0);
+  CHECK(c.motion->corners == 0.001);
+  CHECK_FALSE(c.motion->turns);
+  CHECK_FALSE(c.motion->curve);
   REQUIRE(c.plant->loads.size() == 1);
   CHECK(c.plant->loads[0].force == Vector3d(0.2, 0, 0));
   CHECK(c.plant->damping_stiffness == 0.02);

@@ -29,28 +29,51 @@ struct UnitCase {
   double si;
 };
 
-const UnitCase kUnits[] = {
-    {"m", Dimension::kLength, 1},         {"cm", Dimension::kLength, 1e-2},
-    {"mm", Dimension::kLength, 1e-3},     {"um", Dimension::kLength, 1e-6},
-    {"s", Dimension::kTime, 1},           {"ms", Dimension::kTime, 1e-3},
-    {"us", Dimension::kTime, 1e-6},       {"Hz", Dimension::kRate, 1},
-    {"kHz", Dimension::kRate, 1e3},       {"bit/s", Dimension::kBitRate, 1},
-    {"kbit/s", Dimension::kBitRate, 1e3}, {"Mbit/s", Dimension::kBitRate, 1e6},
-    {"1/s", Dimension::kInverseTime, 1},  {"kg", Dimension::kMass, 1},
-    {"g", Dimension::kMass, 1e-3},        {"N", Dimension::kForce, 1},
-    {"mN", Dimension::kForce, 1e-3},      {"kN", Dimension::kForce, 1e3},
-    {"Pa", Dimension::kPressure, 1},      {"kPa", Dimension::kPressure, 1e3},
-    {"MPa", Dimension::kPressure, 1e6},   {"m/s", Dimension::kSpeed, 1},
-    {"mm/s", Dimension::kSpeed, 1e-3},    {"m/s^2", Dimension::kAcceleration, 1},
-    {"rad", Dimension::kAngle, 1},        {"deg", Dimension::kAngle, std::numbers::pi / 180},
-    {"m^3", Dimension::kVolume, 1},       {"l", Dimension::kVolume, 1e-3},
-    {"ml", Dimension::kVolume, 1e-6},     {"cm^3", Dimension::kVolume, 1e-6},
-    {"mm^3", Dimension::kVolume, 1e-9},   {"m^3/s", Dimension::kFlow, 1},
-    {"l/s", Dimension::kFlow, 1e-3},      {"ml/s", Dimension::kFlow, 1e-6},
-    {"l/min", Dimension::kFlow, 1 / 6e4}, {"ml/min", Dimension::kFlow, 1 / 6e7},
-    {"rev/s", Dimension::kTurnRate, 1},   {"rpm", Dimension::kTurnRate, 1.0 / 60},
-    {"A", Dimension::kCurrent, 1},        {"mA", Dimension::kCurrent, 1e-3},
-    {"Nm", Dimension::kTorque, 1},        {"mNm", Dimension::kTorque, 1e-3}};
+const UnitCase kUnits[] = {{"m", Dimension::kLength, 1},
+                           {"cm", Dimension::kLength, 1e-2},
+                           {"mm", Dimension::kLength, 1e-3},
+                           {"um", Dimension::kLength, 1e-6},
+                           {"s", Dimension::kTime, 1},
+                           {"ms", Dimension::kTime, 1e-3},
+                           {"us", Dimension::kTime, 1e-6},
+                           {"Hz", Dimension::kRate, 1},
+                           {"kHz", Dimension::kRate, 1e3},
+                           {"bit/s", Dimension::kBitRate, 1},
+                           {"kbit/s", Dimension::kBitRate, 1e3},
+                           {"Mbit/s", Dimension::kBitRate, 1e6},
+                           {"1/s", Dimension::kInverseTime, 1},
+                           {"kg", Dimension::kMass, 1},
+                           {"g", Dimension::kMass, 1e-3},
+                           {"N", Dimension::kForce, 1},
+                           {"mN", Dimension::kForce, 1e-3},
+                           {"kN", Dimension::kForce, 1e3},
+                           {"Pa", Dimension::kPressure, 1},
+                           {"kPa", Dimension::kPressure, 1e3},
+                           {"MPa", Dimension::kPressure, 1e6},
+                           {"m/s", Dimension::kSpeed, 1},
+                           {"mm/s", Dimension::kSpeed, 1e-3},
+                           {"m/s^2", Dimension::kAcceleration, 1},
+                           {"mm/s^2", Dimension::kAcceleration, 1e-3},
+                           {"m/s^3", Dimension::kJerk, 1},
+                           {"mm/s^3", Dimension::kJerk, 1e-3},
+                           {"rad", Dimension::kAngle, 1},
+                           {"deg", Dimension::kAngle, std::numbers::pi / 180},
+                           {"m^3", Dimension::kVolume, 1},
+                           {"l", Dimension::kVolume, 1e-3},
+                           {"ml", Dimension::kVolume, 1e-6},
+                           {"cm^3", Dimension::kVolume, 1e-6},
+                           {"mm^3", Dimension::kVolume, 1e-9},
+                           {"m^3/s", Dimension::kFlow, 1},
+                           {"l/s", Dimension::kFlow, 1e-3},
+                           {"ml/s", Dimension::kFlow, 1e-6},
+                           {"l/min", Dimension::kFlow, 1 / 6e4},
+                           {"ml/min", Dimension::kFlow, 1 / 6e7},
+                           {"rev/s", Dimension::kTurnRate, 1},
+                           {"rpm", Dimension::kTurnRate, 1.0 / 60},
+                           {"A", Dimension::kCurrent, 1},
+                           {"mA", Dimension::kCurrent, 1e-3},
+                           {"Nm", Dimension::kTorque, 1},
+                           {"mNm", Dimension::kTorque, 1e-3}};
 
 /// A locale in which numbers look like 1.234,5.
 struct CommaLocale : std::numpunct<char> {
@@ -72,7 +95,7 @@ class GlobalLocale {
 };
 
 TEST_CASE("Every unit has its value in SI and belongs to one dimension alone", "[law]") {
-  std::array<std::string, 17> listed;
+  std::array<std::string, 18> listed;
   for (const UnitCase& unit : kUnits) {
     const std::string text = std::string("1 ") + unit.unit;
     CHECK(si(text, unit.dimension) == unit.si);

@@ -163,4 +163,65 @@ TEST_CASE("Whatever is asked in whatever order, the target never jumps", "[law]"
   }
 }
 
+TEST_CASE("Within the limits of the file, whatever is asked, position, velocity and acceleration do not jump",
+          "[law]") {
+  const bool clock_changes = GENERATE(false, true);  // its ramps add to those of the path
+  const auto seed = std::random_device{}();
+  INFO("seed " << seed);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  constexpr double kAcceleration = 0.2, kJerk = 2;
+  Config config = robot(true);
+  config.motion->acceleration = kAcceleration;
+  config.motion->jerk = kJerk;
+  config.motion->corners = 0.002;
+  TargetSource targets(config, kRest);
+  targets.begin({kStart_ns, kRest});
+  constexpr int64_t kStep_ns = 1'000'000;
+  const double h = 1e-9 * static_cast<double>(kStep_ns);
+  int64_t now_ns = kStart_ns;
+  for (int k = 0; k < 300; ++k) {
+    CAPTURE(k);
+    const auto what = static_cast<int>((clock_changes ? 6 : 3) * uniform(random));
+    CAPTURE(what);
+    if (what == 0) targets.go(now_ns, 0.1 * point(uniform(random), uniform(random), uniform(random)), kSpeed);
+    if (what == 1) targets.hold(now_ns);
+    if (what == 2) targets.follow_path(now_ns);
+    if (what == 3) targets.pause(now_ns);
+    if (what == 4) targets.resume(now_ns);
+    if (what == 5) targets.set_path_rate(now_ns, uniform(random));
+    const double speed = kSpeed * (1 + 1e-6),
+                 acceleration = (clock_changes ? 2 : 1) * kAcceleration * (1 + 1e-6);
+    const double jerk = (clock_changes ? 5 : 1) * kJerk * (1 + 1e-6);
+    const auto steps = static_cast<int>(800 * uniform(random));
+    for (int step = 0; step < steps; ++step, now_ns += kStep_ns) {
+      const rt::Target a = *targets.at(now_ns), b = *targets.at(now_ns + kStep_ns);
+      REQUIRE(distance(b.position, a.position) / h <= speed);
+      REQUIRE(distance(b.velocity, a.velocity) / h <= acceleration);
+      REQUIRE(distance(b.acceleration, a.acceleration) / h <= jerk);
+      const int64_t later_ns = std::min(a.until_ns, now_ns + 20'000'000);
+      REQUIRE(distance(a.at(later_ns), targets.wanted(later_ns)) < jerk * std::pow(0.02, 3) / 6 + kRounding);
+    }
+  }
+}
+
+TEST_CASE("Within limits a target goes from rest to rest, and one that is on its way comes to rest first",
+          "[unit]") {
+  Config config = robot(true);
+  config.motion->acceleration = 0.1;
+  config.motion->jerk = 1;
+  TargetSource targets(config, kRest);
+  targets.begin({kStart_ns, kRest});
+  targets.hold(Source::at(0));
+  targets.go(Source::at(1), kRest + point(0.02, 0, 0), 0.02);  // 0.3 s to the speed: 1.3 s in all
+  CHECK(distance(targets.wanted(Source::at(1.65)), kRest + point(0.01, 0, 0)) < kRounding);
+  CHECK(targets.at(Source::at(1.65))->velocity[0] == Approx(0.02));
+  CHECK(distance(targets.wanted(Source::at(2.3)), kRest + point(0.02, 0, 0)) < kRounding);
+  targets.go(Source::at(3), kRest, 0.02);
+  targets.go(Source::at(3.6), kRest + point(0.02, 0, 0), 0.02);  // back, at full speed
+  CHECK(targets.at(Source::at(3.9))->velocity.norm() < 1e-9);    // 0.3 s to rest
+  CHECK(targets.wanted(Source::at(3.9))[0] == Approx(0.02 - 0.009 - 0.003));
+  CHECK(distance(targets.wanted(Source::at(6)), kRest + point(0.02, 0, 0)) < kRounding);
+}
+
 }  // namespace tendril::app::target_source_test

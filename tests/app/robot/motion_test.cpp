@@ -167,4 +167,83 @@ TEST_CASE("Only the controlled coordinates of a waypoint count", "[unit]") {
   CHECK(distance(motion.at(kStart_ns + kSecond_ns).position, vector({0.02, 0.1})) < kRounding);
 }
 
+/// The triangle with limits of acceleration and jerk: 0.1 s and 0.2 s after a stop the speed is reached.
+Config limited(bool closed, double corners) {
+  Config config = triangle(closed);
+  config.motion->acceleration = 0.2;
+  config.motion->jerk = 2;
+  config.motion->corners = corners;
+  return config;
+}
+
+TEST_CASE(
+    "Within limits a path keeps to them from the approach to its second round, and its targets run on along "
+    "it",
+    "[law]") {
+  const double corners = GENERATE(0.0, 0.002);
+  const Motion motion(limited(true, corners), kRest, {kStart_ns, kRest});
+  const double h = 1e-9 * static_cast<double>(kStep_ns);
+  double speed = 0, jump = 0, bend = 0, jerk = 0, astray = 0;
+  for (int64_t t = kStart_ns; t < motion.path_start_ns() + 2 * motion.round_ns(); t += kStep_ns) {
+    const rt::Target target = motion.at(t), next = motion.at(t + kStep_ns);
+    REQUIRE(target.acceleration.size() == 4);
+    speed = std::max(speed, target.velocity.norm());
+    jump = std::max(jump, distance(next.position, target.position) / h);
+    bend = std::max(bend, distance(next.velocity, target.velocity) / h);
+    jerk = std::max(jerk, distance(next.acceleration, target.acceleration) / h);
+    const int64_t later_ns = std::min(target.until_ns, t + 40'000'000);
+    astray = std::max(astray, distance(target.at(later_ns), motion.at(later_ns).position));
+  }
+  CHECK(speed <= kSpeed * (1 + 1e-9));
+  CHECK(jump <= kSpeed * (1 + 1e-6));
+  CHECK(bend <= 0.2 * (1 + 1e-6));
+  CHECK(jerk <= 2 * (1 + 1e-6));
+  CHECK(astray < 2 * std::pow(0.04, 3) / 6 * 1.01);  // what a jerk moves in 40 ms
+  // Each round is the same.
+  const EffectorVector here = motion.at(motion.path_start_ns() + motion.round_ns()).position;
+  CHECK(motion.round_ns() > 6 * kSecond_ns);
+  CHECK(distance(here, vector({0, 0, 0.1, -0.05})) < 0.01);
+}
+
+TEST_CASE("A path within limits says where it is", "[unit]") {
+  const Motion motion(limited(false, 0), kRest, {kStart_ns, kRest});
+  CHECK(motion.part(kStart_ns).approach);
+  CHECK(motion.part(motion.path_start_ns() + kSecond_ns / 2).to == 1);
+  CHECK(motion.part(motion.path_start_ns() + 3 * kSecond_ns).to == 2);
+  const int64_t end_ns = motion.path_start_ns() + motion.round_ns();
+  CHECK(distance(motion.at(end_ns + 1).position, vector({0.03, 0.04, 0.1, -0.05})) < kRounding);
+  CHECK(motion.at(end_ns + 1).velocity.norm() == 0);
+}
+
+TEST_CASE("A closed path of so many turns ends where it began", "[unit]") {
+  for (const bool within : {false, true}) {
+    Config config = within ? limited(true, 0.002) : triangle(true);
+    config.motion->turns = 3;
+    const Motion motion(config, kRest, {kStart_ns, kRest});
+    CHECK(motion.round_ns() > (within ? 17 : 18) * kSecond_ns - 1);
+    const int64_t end_ns = motion.path_start_ns() + motion.round_ns();
+    CHECK(distance(motion.at(end_ns - kSecond_ns / 2).position, vector({0, 0, 0.1, -0.05})) > 0.001);
+    CHECK(motion.part(end_ns - kSecond_ns / 2).to == 0);
+    for (const int64_t later_ns : {int64_t{1}, 100 * kSecond_ns})
+      CHECK(distance(motion.at(end_ns + later_ns).position, vector({0, 0, 0.1, -0.05})) < kRounding);
+  }
+}
+
+TEST_CASE("A circle is followed round its origin, the other coordinates rest", "[unit]") {
+  Config config = triangle(true);
+  config.motion->curve = CurveConfig{{0.01, 0.01, 0}, {1, 1, 0}, {1.5707963267948966, 0, 0}};
+  for (const bool within : {false, true}) {
+    if (within) config.motion->acceleration = 0.5;
+    const Motion motion(config, kRest, {kStart_ns, kRest});
+    CHECK(distance(motion.at(motion.path_start_ns()).position, vector({0.01, 0, 0.1, -0.05})) < kRounding);
+    for (int64_t t = motion.path_start_ns(); t < motion.path_start_ns() + 5 * kSecond_ns;
+         t += 97 * kStep_ns) {
+      const rt::Target target = motion.at(t);
+      REQUIRE(target.position.head(2).norm() == Approx(0.01));
+      REQUIRE(target.position[3] == -0.05);
+      REQUIRE(target.velocity.norm() <= kSpeed);
+    }
+  }
+}
+
 }  // namespace tendril::app::motion_test
