@@ -6,10 +6,13 @@
 #include <nlohmann/json.hpp>
 
 #include "app/check/cycle_budget.h"
+#include "app/check/path_check.h"
+#include "app/check/progress.h"
 #include "app/check/waypoint_check.h"
 #include "app/config/utf8.h"
 #include "app/robot/body.h"
 #include "app/robot/bus_check.h"
+#include "app/robot/cpu_time.h"
 #include "app/robot/model_refresher.h"
 #include "app/robot/qp_budget.h"
 #include "app/robot/robot.h"
@@ -51,14 +54,14 @@ std::string describe(const Config& config, const Eigen::VectorXd& p) {
   return text;
 }
 
-/// Median time of a refresh at rest, s.
+/// Median time on the CPU of a refresh at rest, s.
 double time_refresh(ModelRefresher& model, rt::Snapshot& snapshot) {
   std::vector<double> times;
   rt::Feedback feedback;
   for (int k = 0; k < kTimedRefreshes; ++k) {
-    const int64_t begin_ns = rt::now_ns();
-    if (!model.refresh(feedback, begin_ns, snapshot)) break;
-    times.push_back(1e-9 * static_cast<double>(rt::now_ns() - begin_ns));
+    const double begin_s = cpu_seconds();
+    if (!model.refresh(feedback, rt::now_ns(), snapshot)) break;
+    times.push_back(cpu_seconds() - begin_s);
   }
   if (times.empty()) return 0;
   std::nth_element(times.begin(), times.begin() + static_cast<long>(times.size() / 2), times.end());
@@ -190,19 +193,23 @@ bool report_waypoints(const Config& config, const Robot& robot, const rt::Effect
     nlohmann::ordered_json entry;
     entry["miss_mm"] = waypoint.miss ? nlohmann::ordered_json(1e3 * *waypoint.miss) : nullptr;
     entry["reached"] = waypoint.reached();
-    entry["at_limits"] = nlohmann::ordered_json::array();
-    for (const AtLimit& at : waypoint.at_limits)
-      entry["at_limits"].push_back({{"actuator", at.actuator},
-                                    {"quantity", at.quantity},
-                                    {"side", at.greatest ? "greatest" : "least"},
-                                    {"limit", at.limit},
-                                    {"unit", at.unit}});
+    entry["at_limits"] = json_of(waypoint.at_limits);
     report.json["waypoints"].push_back(entry);
     report.line(fmt::format("waypoint {}", k),
                 fmt::format("{} {}", describe(config, waypoint.goal), verdict(config, waypoint)));
     good = good && waypoint.reached();
   }
   return good;
+}
+
+/// @return  whether the model keeps to the path
+bool report_path(const Config& config, double refresh_s, Report& report) {
+  Progress progress("simulating the path");
+  const PathCheck path = check_path(config, refresh_s, [&](double share) { progress.show(share); });
+  report.json["path"] = json_of(config, path);
+  report.line("path", verdict(config, path));
+  for (const std::string& advice : advice_on_path(config, path)) report.advice.push_back(advice);
+  return path.follows();
 }
 
 }  // namespace
@@ -262,7 +269,11 @@ int check_robot(const Config& config, bool json) {
   report.line("cycle", cycle.text);
   const bool fits = !rests || report_workspace(config, at_rest, limits, report);
   bool good = rests;
-  if (config.motion && rests) good = report_waypoints(config, *robot, at_rest, report);
+  if (config.motion && rests) {
+    const bool reached = report_waypoints(config, *robot, at_rest, report);
+    const bool follows = report_path(config, refresh_s, report);
+    good = reached && follows;
+  }
   good = good && fits;
   report.json["advice"] = report.advice;
   for (const std::string& advice : report.advice) report.line("advice", advice);

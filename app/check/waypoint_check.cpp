@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "app/robot/motion.h"
 
@@ -17,26 +18,6 @@ constexpr double kAtLimit = 1e-3;
 const char* effort_key(const ActuatorConfig& actuator) {
   if (actuator.is_cavity()) return "pressure";
   return std::holds_alternative<CableConfig>(actuator.kind) ? "tension" : "force";
-}
-
-std::vector<AtLimit> limits_met(const Config& config, const StaticSolution& statics) {
-  std::vector<AtLimit> result;
-  for (size_t a = 0; a < config.actuators.size(); ++a) {
-    const ActuatorConfig& actuator = config.actuators[a];
-    const auto compare = [&](double value, double min, double max, const char* quantity, double scale,
-                             const char* unit) {
-      const double near = kAtLimit * (max - min);
-      if (value >= max - near) result.push_back({actuator.name, quantity, true, scale * max, unit});
-      if (value <= min + near) result.push_back({actuator.name, quantity, false, scale * min, unit});
-    };
-    const auto k = static_cast<Eigen::Index>(a);
-    const bool cavity = actuator.is_cavity();
-    compare(statics.lambda[k], actuator.effort_min, actuator.effort_max, effort_key(actuator),
-            cavity ? 1e-3 : 1, cavity ? "kPa" : "N");
-    compare(statics.delta_a[k], actuator.displacement_min, actuator.displacement_max,
-            cavity ? "growth" : "stroke", cavity ? 1e6 : 1e3, cavity ? "ml" : "mm");
-  }
-  return result;
 }
 
 /// The largest efforts of a solution, by unit: "2.10 N, 12.30 kPa".
@@ -77,16 +58,52 @@ std::string obstacle(const Config& config, const WaypointCheck& waypoint) {
   if (waypoint.at_limits.empty())
     return fmt::format("no actuator is at a limit: the actuators do not move it that way{}",
                        config.control.epsilon > 0 ? ", or control.epsilon is large" : "");
-  std::vector<std::string> limits;
-  for (const AtLimit& at : waypoint.at_limits)
-    limits.push_back(fmt::format("{} ({} {} {:g} {})", at.actuator, at.greatest ? "greatest" : "least",
-                                 at.quantity, at.limit, at.unit));
   // Which of the two it is that holds it back, the solution does not say: a cable is slack often enough.
-  return fmt::format("at their limits: {}{}", fmt::join(limits, ", "),
+  return fmt::format("{}{}", describe(waypoint.at_limits),
                      waypoint.others_weigh ? "; other effectors may outweigh this one as well" : "");
 }
 
 }  // namespace
+
+std::vector<AtLimit> limits_met(const Config& config, const Eigen::VectorXd& lambda,
+                                const Eigen::VectorXd& delta_a) {
+  std::vector<AtLimit> result;
+  for (size_t a = 0; a < config.actuators.size(); ++a) {
+    const ActuatorConfig& actuator = config.actuators[a];
+    const auto compare = [&](double value, double min, double max, const char* quantity, double scale,
+                             const char* unit) {
+      const double near = kAtLimit * (max - min);
+      if (value >= max - near) result.push_back({actuator.name, quantity, true, scale * max, unit});
+      if (value <= min + near) result.push_back({actuator.name, quantity, false, scale * min, unit});
+    };
+    const auto k = static_cast<Eigen::Index>(a);
+    const bool cavity = actuator.is_cavity();
+    compare(lambda[k], actuator.effort_min, actuator.effort_max, effort_key(actuator), cavity ? 1e-3 : 1,
+            cavity ? "kPa" : "N");
+    compare(delta_a[k], actuator.displacement_min, actuator.displacement_max, cavity ? "growth" : "stroke",
+            cavity ? 1e6 : 1e3, cavity ? "ml" : "mm");
+  }
+  return result;
+}
+
+std::string describe(const std::vector<AtLimit>& limits) {
+  std::vector<std::string> parts;
+  for (const AtLimit& at : limits)
+    parts.push_back(fmt::format("{} ({} {} {:g} {})", at.actuator, at.greatest ? "greatest" : "least",
+                                at.quantity, at.limit, at.unit));
+  return fmt::format("at their limits: {}", fmt::join(parts, ", "));
+}
+
+nlohmann::ordered_json json_of(const std::vector<AtLimit>& limits) {
+  auto list = nlohmann::ordered_json::array();
+  for (const AtLimit& at : limits)
+    list.push_back({{"actuator", at.actuator},
+                    {"quantity", at.quantity},
+                    {"side", at.greatest ? "greatest" : "least"},
+                    {"limit", at.limit},
+                    {"unit", at.unit}});
+  return list;
+}
 
 WaypointCheck check_waypoint(const Robot& robot, const Config& config, const Eigen::Vector3d& waypoint,
                              const rt::EffectorVector& at_rest) {
@@ -104,7 +121,7 @@ WaypointCheck check_waypoint(const Robot& robot, const Config& config, const Eig
   }
   if (!result.statics.converged) return result;
   result.miss = std::sqrt(sum);
-  result.at_limits = limits_met(config, result.statics);
+  result.at_limits = limits_met(config, result.statics.lambda, result.statics.delta_a);
   return result;
 }
 

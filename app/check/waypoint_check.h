@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,19 @@ struct AtLimit {
   double limit;          ///< N, kPa, mm or ml
   const char* unit;
 };
+
+/// The limits of effort and displacement that actuators stand at.
+/// @param lambda   efforts, m, N or Pa
+/// @param delta_a  displacements, m, m or m³
+/// Real-time: no.
+std::vector<AtLimit> limits_met(const Config& config, const Eigen::VectorXd& lambda,
+                                const Eigen::VectorXd& delta_a);
+
+/// "at their limits: right (greatest tension 2 N), left (least stroke -3 mm)".
+std::string describe(const std::vector<AtLimit>& limits);
+
+/// The same for machines, one entry a limit.
+nlohmann::ordered_json json_of(const std::vector<AtLimit>& limits);
 
 /// How near the model comes to one waypoint, and what keeps it from coming nearer.
 struct WaypointCheck {

@@ -119,6 +119,53 @@ TEST_CASE("A waypoint without an answer fails the check without a figure, and sa
                  !Catch::Contains("inf") && !Catch::Contains("nan"));
 }
 
+TEST_CASE("The path of a robot that is shipped is followed with all actuators below their top speeds",
+          "[scenario]") {
+  const nlohmann::json path = check(kConfig + "finger.yaml", 0).at("path");
+  CHECK(path.at("follows") == true);
+  CHECK(path.at("target_to_model_mm").at("max") < 0.5);
+  CHECK(path.at("round_s").get<double>() == Approx(2));
+  CHECK(path.at("covered_s").get<double>() == Approx(2).margin(0.01));
+  CHECK(path.at("faults").empty());
+  CHECK(path.at("stop_reason") == "");
+  for (const auto& [name, actuator] : path.at("actuators").items()) {
+    CHECK(actuator.at("greatest_speed") > 0.1);
+    CHECK(actuator.at("greatest_speed") < actuator.at("top_speed"));
+    CHECK_FALSE(actuator.contains("asked_speed"));
+  }
+}
+
+TEST_CASE(
+    "A path that is too fast for the actuators fails the check, which says where, why and what would do",
+    "[scenario]") {
+  const RobotFile fast(
+      finger({{"speed: 10 mm/s", "speed: 300 mm/s"}, {"top_speed: 30 mm/s", "top_speed: 10 mm/s"}}));
+  const nlohmann::json path = check(fast.path().string(), 1).at("path");
+  CHECK(path.at("follows") == false);
+  CHECK(path.at("target_to_model_mm").at("max") > 3);
+  CHECK(path.at("worst").at("t_s") > 0);
+  CHECK(path.at("first_off").at("t_s") <= path.at("worst").at("t_s"));
+  const nlohmann::json& right = path.at("actuators").at("right");
+  CHECK(right.at("greatest_speed").get<double>() == Approx(10).epsilon(0.01));
+  CHECK(right.at("asked_speed") > 20);
+  CHECK(right.at("at_top_speed_s") > 0.05);
+  const Ended ended = run({kDaemon, fast.path().string(), "--check"});
+  INFO(ended.out);
+  CHECK_THAT(ended.out, Catch::Contains("OFF THE PATH: the model is up to ") &&
+                            Catch::Contains("on the way from waypoint ") &&
+                            Catch::Contains("right (greatest top_speed 10 mm/s)") &&
+                            Catch::Contains("'right' moves at its top_speed, 10 mm/s, for ") &&
+                            Catch::Contains("motion.speed 300 mm/s is more than the actuators can do"));
+  CHECK(lines_of(ended.out).back() == "not all is well");
+}
+
+TEST_CASE("Of a long path the check simulates the beginning, and says so", "[scenario]") {
+  const RobotFile slow(finger({{"speed: 10 mm/s", "speed: 1 mm/s"}}));
+  const nlohmann::json path = check(slow.path().string(), 0).at("path");
+  CHECK(path.at("round_s").get<double>() == Approx(20));
+  CHECK(path.at("approach_s").get<double>() + path.at("covered_s").get<double>() == Approx(10).margin(0.01));
+}
+
 TEST_CASE("The check tells size, density and cavities, and advises where they look wrong", "[scenario]") {
   const RobotFile plain(finger({{"rate: 600 Hz", "rate: 500 Hz"}}));
   const nlohmann::json good = check(plain.path().string(), 0);
