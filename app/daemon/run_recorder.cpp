@@ -68,6 +68,7 @@ void RunRecorder::finish(const RunFacts& facts, const rt::LoopCounts& counts) {
   summary["model_rate_hz"] = facts.model_rate_hz;
   summary["tracking_error_mm"] = statistics_.tracking_error_mm();
   summary["model_error_mm"] = statistics_.model_error_mm();
+  summary["target_to_model_mm"] = statistics_.target_to_model_mm();
   summary["effort_error"] = statistics_.effort_error();
   summary["following_error"] = statistics_.following_error();
   summary["sensors"] = statistics_.sensors();

@@ -13,6 +13,9 @@
 namespace tendril::app {
 namespace {
 
+// A model that was further from its target than this is worth a warning.
+constexpr double kOffTarget = 1e-3;  // m
+
 nlohmann::json statistics(std::vector<double> values, bool with_p95) {
   if (values.empty()) return nullptr;
   std::sort(values.begin(), values.end());
@@ -32,7 +35,15 @@ RunStatistics::RunStatistics(const Config& config)
       errors_(config),
       watch_(config),
       effort_errors_(config.actuators.size()),
-      following_errors_(config.actuators.size()) {}
+      following_errors_(config.actuators.size()) {
+  const auto rows = effector_rows(config);
+  effector_coordinates_ = static_cast<int>(rows.size());
+  const int moving = config.motion ? config.motion->effector : 0;
+  for (int r = 0; r < effector_coordinates_; ++r) {
+    const EffectorRow& row = rows[static_cast<std::size_t>(r)];
+    if (row.effector == moving && row.weight > 0 && row.is_position()) moving_rows_.push_back(r);
+  }
+}
 
 void RunStatistics::add(const rt::TraceRecord& record, const Motion* motion) {
   watch_.add(record);
@@ -46,6 +57,7 @@ void RunStatistics::add(const rt::TraceRecord& record, const Motion* motion) {
       if (record.faults.has(rule.fault)) ++fault_cycles_[static_cast<size_t>(rule.fault)];
     if (record.qp_solved) ++statuses_[qp::name(record.qp_status)];
     iterations_max_ = std::max(iterations_max_, record.qp_iterations);
+    add_target_to_model(record, motion);
     for (std::size_t a = 0; a < following_errors_.size(); ++a)
       following_errors_[a] = std::max(following_errors_[a], std::abs(record.command[a] - record.measured[a]));
   }
@@ -57,6 +69,21 @@ void RunStatistics::add(const rt::TraceRecord& record, const Motion* motion) {
   }
   for (const SampleErrors::Effort& effort : errors_.efforts())
     effort_errors_[effort.actuator].push_back(effort.error);
+}
+
+void RunStatistics::add_target_to_model(const rt::TraceRecord& record, const Motion* motion) {
+  if (motion && record.intended_ns < motion->path_start_ns()) return;
+  rt::EffectorVector wanted =
+      Eigen::Map<const rt::EffectorVector>(record.desired.data(), effector_coordinates_);
+  if (motion) wanted = motion->at(record.intended_ns).position;
+  double sum = 0;
+  for (const int r : moving_rows_) sum += std::pow(wanted[r] - record.p_e[static_cast<std::size_t>(r)], 2);
+  const double error = std::sqrt(sum);
+  ++target_to_model_.samples;
+  target_to_model_.sum += error;
+  if (error <= target_to_model_.max) return;
+  target_to_model_.max = error;
+  target_to_model_.max_at_s = 1e-9 * static_cast<double>(record.intended_ns - running_since_ns_);
 }
 
 double RunStatistics::running_s() const {
@@ -71,6 +98,15 @@ double RunStatistics::bus_load() const {
 nlohmann::json RunStatistics::tracking_error_mm() const { return statistics(tracking_mm_, true); }
 
 nlohmann::json RunStatistics::model_error_mm() const { return statistics(model_mm_, false); }
+
+nlohmann::json RunStatistics::target_to_model_mm() const {
+  const TargetToModel& error = target_to_model_;
+  if (error.samples == 0) return nullptr;
+  return {{"mean", 1e3 * error.sum / static_cast<double>(error.samples)},
+          {"max", 1e3 * error.max},
+          {"max_at_s", error.max_at_s},
+          {"samples", error.samples}};
+}
 
 nlohmann::ordered_json RunStatistics::effort_error() const {
   auto result = nlohmann::ordered_json::object();
@@ -116,6 +152,11 @@ std::vector<std::string> RunStatistics::warnings() const {
     if (const auto cycles = fault_cycles_[static_cast<size_t>(rule.fault)];
         cycles > 0 && rule.reaction != rt::Reaction::kStop)
       result.push_back(fmt::format("{} ({} cycles)", rule.words, cycles));
+  if (target_to_model_.max > kOffTarget)
+    result.push_back(fmt::format(
+        "the model was up to {:.2f} mm from the target, at {:.2f} s: the target was too fast or out of "
+        "reach, see tendrild --check",
+        1e3 * target_to_model_.max, target_to_model_.max_at_s));
   return result;
 }
 

@@ -34,6 +34,7 @@ class RunStatistics {
   double bus_load() const;   ///< mean share of the bus that our frames needed at worst
   nlohmann::json tracking_error_mm() const;
   nlohmann::json model_error_mm() const;
+  nlohmann::json target_to_model_mm() const;
   nlohmann::ordered_json effort_error() const;
   nlohmann::ordered_json following_error() const;
   nlohmann::ordered_json sensors() const;
@@ -41,11 +42,23 @@ class RunStatistics {
   std::vector<std::string> warnings() const;  ///< faults that did not end the run, a sentence each
 
  private:
+  /// From where the effector that moves is wanted to where the model puts it: needs no sensor.
+  struct TargetToModel {
+    double sum = 0, max = 0;  // m
+    double max_at_s = 0;      // since the drives follow commands
+    int64_t samples = 0;
+  };
+
+  void add_target_to_model(const rt::TraceRecord& record, const Motion* motion);
+
   const Config& config_;
+  int effector_coordinates_ = 0;
   SampleErrors errors_;
   SensorWatch watch_;
   int64_t running_since_ns_ = 0, running_until_ns_ = 0;
   std::vector<double> tracking_mm_, model_mm_;
+  std::vector<int> moving_rows_;  // of the coordinates that count for target_to_model_
+  TargetToModel target_to_model_;
   std::vector<std::vector<double>> effort_errors_;  // N or Pa, one list an actuator
   std::vector<double> following_errors_;            // the largest of each actuator, m or m³
   std::optional<double> last_error_mm_;

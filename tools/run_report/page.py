@@ -36,6 +36,7 @@ def tiles(summary):
 def tables(summary):
     """The run's figures and its settings, each a list of (what, value)."""
     tracking, model = summary["tracking_error_mm"] or {}, summary["model_error_mm"] or {}
+    target = summary.get("target_to_model_mm") or {}
     qp, rt = summary["qp"], summary["rt"]
     statuses = ", ".join(f"{name} {count(n)}" for name, n in qp.get("statuses", {}).items())
     figures = [
@@ -44,6 +45,8 @@ def tables(summary):
         ("Error of the tip, largest", number(tracking.get("max"), "mm")),
         ("Error of the model, mean", number(model.get("mean"), "mm")),
         ("Error of the model, largest", number(model.get("max"), "mm")),
+        ("Target to model, mean", number(target.get("mean"), "mm")),
+        ("Target to model, largest", number(target.get("max"), "mm")),
         ("Control cycles", count(summary["cycles"])),
         ("Late cycles", count(summary["late_cycles"])),
         ("Model refreshes", count(summary["model_refreshes"])),

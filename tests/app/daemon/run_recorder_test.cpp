@@ -99,6 +99,29 @@ TEST_CASE("The model's error is that of the pose it had when the camera saw the 
   CHECK(error.at("max").get<double>() == Approx(std::hypot(200, 3)));
 }
 
+TEST_CASE(
+    "The distance from target to model is that on the path, not that to a target held, and more than 1 mm is "
+    "a warning",
+    "[unit]") {
+  const bool far = GENERATE(true, false);
+  Recording run;
+  for (int ms = 0; ms <= 1000; ms += 100) {
+    rt::TraceRecord record = run.cycle(ms);
+    record.p_e = {kSpeed * 1e-3 * ms, ms == 700 ? (far ? 0.0012 : 0.0009) : 0};
+    record.desired = record.p_e;  // whatever the controller served
+    run.recorder.add(record, &run.motion);
+  }
+  const nlohmann::json summary = run.finish();
+  const nlohmann::json& error = summary.at("target_to_model_mm");
+  CHECK(error.at("max").get<double>() == Approx(far ? 1.2 : 0.9));
+  CHECK(error.at("max_at_s").get<double>() == Approx(0.7));
+  CHECK(error.at("mean").get<double>() == Approx(error.at("max").get<double>() / 11));
+  REQUIRE(summary.at("warnings").size() == (far ? 1 : 0));
+  if (far)
+    CHECK_THAT(summary.at("warnings").at(0).get<std::string>(),
+               Catch::StartsWith("the model was up to 1.20 mm from the target, at 0.70 s"));
+}
+
 TEST_CASE("The p95 of the tracking error is the least value that 95 % of the samples do not exceed",
           "[unit]") {
   Recording run;
@@ -289,6 +312,7 @@ TEST_CASE("The summary names the reason of a stop, then every fault with its cyc
     record.qp_solved = true;
     record.qp_iterations = ms == 50 ? 7 : 1;
     if (ms >= 80) record.qp_status = qp::Status::kSoftened;
+    record.p_e = {kSpeed * 1e-3 * ms};
     run.recorder.add(record, &run.motion);
   }
   run.counts->cycles = 12;
