@@ -49,10 +49,26 @@ void declare_operation(CommandLine& cli, OperateOptions& options,
       add("play",
           "follows the path of the robot file from its beginning, or a trajectory: goes to its first point, "
           "then along it, and ends with it; Ctrl-C holds the robot where it is.\n"
-          "Example: tendrilctl play circle.csv --loop --percent 50",
+          "Example: tendrilctl play circle.csv --loop --percent 50\n"
+          "Example: tendrilctl play --shape circle --size 20 --speed 15 --turns 3",
           true);
   play.add("FILE", options.trajectory,
            "CSV with a header: t [s], then coordinates such as tip.x [mm]; without brackets in SI units");
+  play.add("--shape", options.shape,
+           "instead of a file: circle, square, line, eight or lissajous, around where the target is; with "
+           "--size")
+      .one_of({"circle", "square", "line", "eight", "lissajous"})
+      .excludes("FILE");
+  play.add("--size", options.size_mm, "of the shape: width and height in mm, or one value for both")
+      .needs("--shape");
+  play.add("--plane", options.plane, "of the shape: xy (default), yx, xz, zx, yz or zy")
+      .one_of({"xy", "yx", "xz", "zx", "yz", "zy"})
+      .needs("--shape");
+  play.add("--centre", options.centre_mm, "of the shape: two values in mm, in its plane").needs("--shape");
+  play.add("--speed", options.speed_mm_s, "along the shape, mm/s (default: 20)")
+      .within(0.001, 10'000.0)
+      .needs("--shape");
+  play.add("--turns", options.turns, "of the shape (default: 1)").within(1, 1000).needs("--shape");
   play.add_flag("--loop", options.loop, "again and again, until Ctrl-C");
   play.add("--percent", options.percent, "of the speed of the trajectory (default: 100)").within(0.1, 1000.0);
   add("pause", "lets time on the path stand still", true);

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "app/client/control_client.h"
+#include "app/client/shape_trajectory.h"
 #include "app/client/trajectory.h"
 #include "app/config/utf8.h"
 #include "app/program/exit_codes.h"
@@ -186,12 +187,46 @@ void show_progress(double t_s, double duration_s) {
   std::fflush(stdout);
 }
 
+/// The shape that is asked for, around the present target where nothing else is said.
+Trajectory shape_of(ControlClient& client, const OperateOptions& options) {
+  const auto coordinates = client.greeting().at("coordinates").get<std::vector<std::string>>();
+  const std::string effector = coordinates.front().substr(0, coordinates.front().rfind('.'));
+  const auto meaning = [](const auto& words, const std::string& word) {
+    return std::ranges::find(words, word, [](const auto& entry) { return entry.first; })->second;
+  };
+  ShapeRequest request;
+  request.shape = meaning(kShapes, options.shape);
+  request.layout.plane = meaning(kPlanes, options.plane);
+  if (options.size_mm.empty() || options.size_mm.size() > 2)
+    throw RequestRefused("--shape needs --size: its width and height in mm, or one value for both");
+  request.layout.size = {1e-3 * options.size_mm.front(), 1e-3 * options.size_mm.back()};
+  for (const double side : request.layout.size)
+    if (side < 0 ||
+        (side == 0 && (request.shape != Shape::kLine || options.size_mm.front() == options.size_mm.back())))
+      throw RequestRefused("--size is above 0; only one side of a line may be 0");
+  if (options.speed_mm_s) request.speed = 1e-3 * *options.speed_mm_s;
+  request.turns = options.turns;
+  const auto names = coordinates_of(request.layout, effector, coordinates);
+  if (!options.centre_mm.empty() && options.centre_mm.size() != 2)
+    throw RequestRefused(fmt::format("--centre needs 2 values in mm: {} {}", names[0], names[1]));
+  const ordered_json state = client.ask({{"command", "status"}}).at("state");
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (options.centre_mm.empty() && !state.at("target").is_object())
+      throw RequestRefused("the robot has no target yet: say where with --centre");
+    request.centre[k] = options.centre_mm.empty() ? state.at("target").at(names[k]).get<double>()
+                                                  : 1e-3 * options.centre_mm[k];
+  }
+  return shape_trajectory(request, effector, coordinates);
+}
+
 /// Goes to the beginning of a trajectory, then streams it: each target is to be reached two periods after it
 /// is sent, so that one that is late is bridged.
 void play(ControlClient& client, const OperateOptions& options) {
   constexpr double kPeriod_s = 0.01;
-  const Trajectory trajectory(options.trajectory,
-                              client.greeting().at("coordinates").get<std::vector<std::string>>());
+  const Trajectory trajectory =
+      options.shape.empty() ? Trajectory(options.trajectory,
+                                         client.greeting().at("coordinates").get<std::vector<std::string>>())
+                            : shape_of(client, options);
   const ordered_json start = position_of(trajectory, 0);
   const bool closed = trajectory.at(trajectory.duration_s()) == trajectory.at(0);
   const bool terminal = !options.json && ::isatty(STDOUT_FILENO);
@@ -238,7 +273,7 @@ int operate(const OperateOptions& options) {
     client.ask({{"command", "acquire"}, {"steal", options.steal}});
     if (options.command == "target")
       go_to(client, options);
-    else if (options.command == "play" && !options.trajectory.empty())
+    else if (options.command == "play" && !(options.trajectory.empty() && options.shape.empty()))
       play(client, options);
     else if (options.command == "speed")
       client.ask({{"command", "set"}, {"path_rate", options.percent / 100}});
