@@ -50,7 +50,8 @@ class Motion {
   /// When the first waypoint is reached and the path proper begins.
   int64_t path_start_ns() const { return path_start_ns_; }
 
-  /// What the first round of a closed path takes, or an open path from its first waypoint to its last one.
+  /// How long after path_start_ns() all of the path has been passed: an open one to its end, a closed one as
+  /// it repeats itself.
   int64_t round_ns() const { return round_ns_; }
 
   /// The part of the path that is valid at an instant.
