@@ -6,6 +6,7 @@
 #include "rt/control_law.h"
 #include "rt/snapshot.h"
 #include "rt/spsc_ring.h"
+#include "rt/surface.h"
 #include "rt/target.h"
 #include "rt/trace_record.h"
 #include "rt/triple_buffer.h"
@@ -47,6 +48,7 @@ struct Channels {
   TripleBuffer<Target> targets;       ///< main thread ▶ control thread, latest
   TripleBuffer<Feedback> feedback;    ///< control thread ▶ model thread, latest
   TripleBuffer<RunStart> run_starts;  ///< control thread ▶ main thread, latest
+  SurfaceChannel surface;             ///< model thread ▶ main thread, latest, while it is wanted
   TraceRing trace;                    ///< control thread ▶ main thread, every one that finds room
   Requests requests;                  ///< main and model thread ▶ control thread
   Progress progress;                  ///< control thread ▶ main thread

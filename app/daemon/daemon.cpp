@@ -89,6 +89,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   ServiceManager service;
   Housekeeping housekeeping(config, options, *stack.channels, model, *stack.master, rest,
                             recorder ? &*recorder : nullptr, log ? &*log : nullptr, service);
+  housekeeping.show_body(*robot, config);
   rt::ControlThread control({"control", config.control.priority, config.control.cpu},
                             rights_of(options.allow_non_rt), config.control.rate_hz, stack.loop,
                             *stack.channels);

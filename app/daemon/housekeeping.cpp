@@ -12,6 +12,7 @@
 #include "app/program/output.h"
 #include "app/program/stop_signal.h"
 #include "app/robot/control_stack.h"
+#include "app/robot/robot_geometry.h"
 #include "rt/periodic_clock.h"
 
 namespace tendril::app {
@@ -38,6 +39,10 @@ Housekeeping::Housekeeping(const Config& config, const DaemonOptions& options, r
       status_due_ns_(rt::now_ns() + kStatusInterval_ns) {
   if (!options.socket.empty()) server_.emplace(options.socket, config, targets_, channels.requests, master);
   tell_metrics();
+}
+
+void Housekeeping::show_body(const Robot& robot, const Config& config) {
+  if (server_) server_->show_body(robot_geometry(config, robot.model.mesh()), channels_.surface);
 }
 
 void Housekeeping::run_once() {

@@ -18,6 +18,7 @@
 #include "app/operation/control_server.h"
 #include "app/operation/target_source.h"
 #include "app/robot/model_thread.h"
+#include "app/robot/robot.h"
 #include "hal/drive/drives.h"
 #include "rt/channels.h"
 
@@ -40,6 +41,9 @@ class Housekeeping {
 
   /// Real-time: no.
   RunProgress progress() const;
+
+  /// Operators may see the body from now on.
+  void show_body(const Robot& robot, const Config& config);
 
   /// One round. What the control thread waits for comes first, what may take its time last. Call it once more
   /// after the control thread has ended.

@@ -17,6 +17,7 @@ using nlohmann::json;
 constexpr double kLongestWay_s = 600;
 constexpr double kTopSpeed = 10;  // m/s
 constexpr double kTopStateRate_hz = 1000;
+constexpr double kTopSurfaceRate_hz = 30;
 
 struct CommandRow {
   Command command;
@@ -25,10 +26,12 @@ struct CommandRow {
   bool control;  // who asks must have it
 };
 
-const std::array<CommandRow, 14>& commands() {
-  static const std::array<CommandRow, 14> table{{
+const std::array<CommandRow, 16>& commands() {
+  static const std::array<CommandRow, 16> table{{
       {Command::kStatus, "status", {}, false},
       {Command::kSubscribe, "subscribe", {"rate"}, false},
+      {Command::kGeometry, "geometry", {}, false},
+      {Command::kSurface, "surface", {"rate"}, false},
       {Command::kAcquire, "acquire", {"steal"}, false},
       {Command::kRelease, "release", {}, false},
       {Command::kTarget, "target", {"position", "velocity", "in", "speed"}, true},
@@ -159,9 +162,10 @@ ControlRequest read_object(const json& object, const Config& config,
   request.id = object.value("id", json());
   request.command = row.command;
   if (row.command == Command::kTarget) read_target(object, request, config, coordinates);
-  if (row.command == Command::kSubscribe) {
-    const auto rate = number(object, "rate", 0, kTopStateRate_hz);
-    if (!rate) refuse("subscribe needs \"rate\", in Hz; 0 ends it");
+  if (row.command == Command::kSubscribe || row.command == Command::kSurface) {
+    const bool states = row.command == Command::kSubscribe;
+    const auto rate = number(object, "rate", 0, states ? kTopStateRate_hz : kTopSurfaceRate_hz);
+    if (!rate) refuse(fmt::format("{} needs \"rate\", in Hz; 0 ends it", row.name));
     request.rate_hz = *rate;
   }
   if (row.command == Command::kSet) {

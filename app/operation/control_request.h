@@ -33,6 +33,8 @@ class RequestError : public std::runtime_error {
 enum class Command {
   kStatus,
   kSubscribe,
+  kGeometry,
+  kSurface,
   kAcquire,
   kRelease,
   kTarget,
@@ -56,7 +58,7 @@ struct ControlRequest {
   rt::EffectorVector velocity;                  ///< e, m/s or m³/s; 0 where none is given
   std::optional<double> in_s;                   ///< s until the position is reached
   std::optional<double> speed;                  ///< m/s on the way there
-  double rate_hz = 0;                           ///< of `subscribe`, 0 ends it
+  double rate_hz = 0;                           ///< of `subscribe` and `surface`, 0 ends it
   bool steal = false;                           ///< of `acquire`
   std::optional<double> path_rate;              ///< of `set`, 0 to 1
 };

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/config/utf8.h"
 #include "app/robot/robot.h"
@@ -36,9 +37,14 @@ ControlServer::~ControlServer() {
   if (const std::string line = log_.take(); !line.empty()) spdlog::info("{}", line);
 }
 
+void ControlServer::show_body(std::string geometry, rt::SurfaceChannel& channel) {
+  body_.emplace(server_, std::move(geometry), channel);
+}
+
 void ControlServer::serve() {
   server_.serve();
   if (const std::string line = log_.due(rt::now_ns()); !line.empty()) spdlog::info("{}", line);
+  if (body_) body_->serve();
 }
 
 void ControlServer::connected(int client) {
@@ -56,6 +62,12 @@ void ControlServer::received(int client, std::string_view line) {
     const ControlRequest request = read_request(line, config_, robot_.coordinates());
     reply = {{"id", request.id}, {"ok", true}};
     try {
+      if (request.command == Command::kGeometry) {
+        // Put together as text, since it may be long.
+        server_.send(client, fmt::format(R"({{"id":{},"ok":true,"geometry":{}}})", text_of(request.id),
+                                         body().geometry()));
+        return;
+      }
       reply.update(answer(client, request));
     } catch (const RequestError& error) {
       reply = error_of(request.id, error);
@@ -73,6 +85,7 @@ void ControlServer::too_long(int client) {
 
 void ControlServer::gone(int client) {
   clients_.erase(client);
+  if (body_) body_->gone(client);
   if (client != holder_) return;
   holder_ = 0;
   log_.say(fmt::format("control released: {} is gone", holder_peer_));
@@ -92,6 +105,9 @@ ordered_json ControlServer::answer(int client, const ControlRequest& request) {
       subscription.due_ns = now_ns;
       return ordered_json::object();
     }
+    case Command::kSurface:
+      body().subscribe(client, request.rate_hz);
+      return ordered_json::object();
     case Command::kAcquire:
       acquire(client, request.steal);
       return ordered_json::object();
@@ -140,6 +156,11 @@ ordered_json ControlServer::answer(int client, const ControlRequest& request) {
       break;
   }
   return {{"mode", name(targets_.mode())}};
+}
+
+BodyWatch& ControlServer::body() {
+  if (!body_) throw RequestError("not_running", "the body is not shown");
+  return *body_;
 }
 
 void ControlServer::acquire(int client, bool steal) {

@@ -4,9 +4,12 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "app/config/config.h"
+#include "app/operation/body_watch.h"
 #include "app/operation/control_request.h"
 #include "app/operation/line_server.h"
 #include "app/operation/paced_log.h"
@@ -32,6 +35,11 @@ class ControlServer : private LineServer::Listener {
                 rt::Requests& requests, const hal::DriveMaster& master);
   ~ControlServer() override;
 
+  /// Clients may see the body from now on.
+  /// @param geometry  of robot_geometry()
+  /// @param channel   kept by reference
+  void show_body(std::string geometry, rt::SurfaceChannel& channel);
+
   /// Readable, as of poll(), where serve() has something to do.
   int descriptor() const { return server_.descriptor(); }
 
@@ -54,6 +62,7 @@ class ControlServer : private LineServer::Listener {
   void gone(int client) override;
 
   nlohmann::ordered_json answer(int client, const ControlRequest& request);
+  BodyWatch& body();
   void acquire(int client, bool steal);
   void enable();
   void reset();
@@ -71,6 +80,7 @@ class ControlServer : private LineServer::Listener {
   std::string holder_peer_;  // who that is
   PacedLog log_;             // of who has the control
   LineServer server_;
+  std::optional<BodyWatch> body_;
 };
 
 }  // namespace tendril::app

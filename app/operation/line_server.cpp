@@ -167,7 +167,7 @@ bool LineServer::send(int number, std::string_view line) {
   const auto found = clients_.find(number);
   if (found == clients_.end()) return false;
   Client& client = found->second;
-  if (client.out.size() + line.size() >= kMaxUnread) return false;
+  if (client.out.size() >= kMaxUnread) return false;
   client.out.append(line).push_back('\n');
   write(client);
   watch(number, client);
@@ -196,6 +196,11 @@ void LineServer::drop(int number) {
   ::close(clients_.at(number).descriptor);
   clients_.erase(number);
   listener_.gone(number);
+}
+
+std::size_t LineServer::unread(int number) const {
+  const auto found = clients_.find(number);
+  return found == clients_.end() ? 0 : found->second.out.size();
 }
 
 std::string LineServer::peer(int number) const {

@@ -15,8 +15,9 @@ namespace tendril::app {
 class LineServer {
  public:
   static constexpr int kMaxClients = 32;
-  static constexpr std::size_t kMaxLine = 65'536;     ///< bytes of a client's line
-  static constexpr std::size_t kMaxUnread = 262'144;  ///< bytes that wait for a client
+  static constexpr std::size_t kMaxLine = 65'536;  ///< bytes of a client's line
+  static constexpr std::size_t kMaxUnread =
+      262'144;  ///< bytes that wait for a client; then it gets no further line
 
   /// What becomes of clients and their lines. A client is known by a number that no other one ever has.
   class Listener {
@@ -48,6 +49,9 @@ class LineServer {
   /// Sends a line, which must not contain an end of line.
   /// @return  false where it was dropped: the client does not read, or is gone
   bool send(int client, std::string_view line);
+
+  /// Bytes that a client has been sent and that the kernel has not taken yet.
+  std::size_t unread(int client) const;
 
   /// Who is at the other end: "user anna (process 4711)", or the user's number where /etc/passwd has no name
   /// for it.

@@ -62,6 +62,8 @@ ordered_json RobotState::describe(const rt::TraceRecord& record) const {
   state["qp"] = {{"status", record.qp_solved ? ordered_json(qp::name(record.qp_status)) : ordered_json()},
                  {"iterations", record.qp_iterations}};
   state["snapshot_age"] = 1e-9 * static_cast<double>(record.snapshot_age_ns);
+  state["snapshot"] = record.snapshot_sequence;
+  state["cycle_time"] = 1e-9 * static_cast<double>(record.cycle_ns);
   state["cycles"] = record.cycles;
   state["late_cycles"] = record.late_cycles;
   state["faults"] = ordered_json::array();

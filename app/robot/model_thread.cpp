@@ -23,6 +23,7 @@ constexpr uint64_t kFailuresAllowed = 100;
 
 ModelThread::ModelThread(const Robot& robot, const Config& config, rt::Channels& channels)
     : refresher_(robot, config),
+      surface_(robot.model, config),
       channels_(channels),
       rate_limit_hz_(config.control.model_rate_limit_hz),
       thread_([this] { run(); }) {
@@ -83,6 +84,7 @@ void ModelThread::refresh() {
       channels_.snapshots.publish();
       ++refreshes_;
       in_a_row = 0;
+      publish_surface(begin_ns);
     } else {
       ++failures_;  // the last good snapshot serves until its age limit
       if (++in_a_row >= kFailuresAllowed && !feedback.efforts_known) return;
@@ -91,6 +93,16 @@ void ModelThread::refresh() {
     last_ns_ = rt::now_ns();
     rest_until(begin_ns + period_ns);
   }
+}
+
+/// As often as the main thread wants it. It costs nothing where nobody looks.
+void ModelThread::publish_surface(int64_t now_ns) {
+  rt::SurfaceChannel& channel = channels_.surface;
+  const double wanted_hz = channel.wanted_hz.load(std::memory_order_relaxed);
+  if (wanted_hz <= 0 || now_ns < surface_due_ns_) return;
+  surface_due_ns_ = std::max<int64_t>(surface_due_ns_ + std::llround(1e9 / wanted_hz), now_ns);
+  surface_.sample(refresher_.x(), now_ns, channel.surfaces.back());
+  channel.surfaces.publish();
 }
 
 /// In steps, as it may be asked to end meanwhile.

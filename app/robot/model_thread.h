@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "app/robot/model_refresher.h"
+#include "app/robot/surface_sampler.h"
 #include "rt/channels.h"
 
 namespace tendril::app {
@@ -33,9 +34,12 @@ class ModelThread {
   void run();
   bool settle();
   void refresh();
+  void publish_surface(int64_t now_ns);
   void rest_until(int64_t instant_ns);
 
   ModelRefresher refresher_;
+  SurfaceSampler surface_;
+  int64_t surface_due_ns_ = 0;
   rt::Channels& channels_;
   double rate_limit_hz_;
   std::atomic<bool> quit_{false};

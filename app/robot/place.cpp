@@ -10,6 +10,11 @@ Place place_of_kind(const RodConfig& rod) { return {"rod", rod.from.line}; }
 Place place_of_kind(const ForceConfig& force) { return {"push", force.at.line}; }
 Place place_of_kind(const CavityConfig& filled) { return {"cavity", filled.region.line}; }
 
+std::vector<PointConfig> points_of_kind(const CableConfig& cable) { return cable.points; }
+std::vector<PointConfig> points_of_kind(const RodConfig& rod) { return {rod.from, rod.to}; }
+std::vector<PointConfig> points_of_kind(const ForceConfig& force) { return {force.at}; }
+std::vector<PointConfig> points_of_kind(const CavityConfig&) { return {}; }
+
 std::string key_of(const char* list, int index, const char* key, const std::string& name) {
   return fmt::format("{}[{}].{} ({})", list, index, key, name);
 }
@@ -23,6 +28,10 @@ Place place_of(const ActuatorConfig& actuator) {
 Place place_of(const EffectorConfig& effector) {
   if (effector.cavity) return {"cavity", effector.cavity->line};
   return {effector.points.size() == 1 ? "point" : "points", effector.points.front().line};
+}
+
+std::vector<PointConfig> points_of(const ActuatorConfig& actuator) {
+  return std::visit([](const auto& kind) { return points_of_kind(kind); }, actuator.kind);
 }
 
 std::string actuator_key(const Config& config, int index, const char* key) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "app/config/config.h"
 
@@ -14,6 +15,9 @@ struct Place {
 };
 Place place_of(const ActuatorConfig& actuator);
 Place place_of(const EffectorConfig& effector);
+
+/// The points that an actuator is attached to, from its end on; none where it is a cavity.
+std::vector<PointConfig> points_of(const ActuatorConfig& actuator);
 
 /// A key of an actuator or effector for messages: "actuators[0].cable (left)".
 std::string actuator_key(const Config& config, int index, const char* key);

@@ -73,13 +73,10 @@ class Describer {
     const auto outside = fem::boundary(mesh_);
     Json nodes = Json::array();
     place_of_node_.assign(static_cast<std::size_t>(mesh_.node_count()), -1);
-    for (const fem::Face& face : outside)
-      for (const int node : face) {
-        int& place = place_of_node_[static_cast<std::size_t>(node)];
-        if (place >= 0) continue;
-        place = static_cast<int>(nodes.size());
-        nodes.push_back(mm(mesh_.nodes.col(node)));
-      }
+    for (const int node : fem::nodes_of(outside)) {
+      place_of_node_[static_cast<std::size_t>(node)] = static_cast<int>(nodes.size());
+      nodes.push_back(mm(mesh_.nodes.col(node)));
+    }
     return {{"nodes_mm", nodes}, {"faces", faces(outside)}};
   }
 
@@ -120,15 +117,13 @@ class Describer {
     const ActuatorConfig& actuator = config_.actuators[static_cast<std::size_t>(index)];
     const Place place = place_of(actuator);
     const std::string key = actuator_key(config_, index, place.key);
-    Json result{{"name", actuator.name}, {"kind", place.key}};
-    if (const auto* cable = std::get_if<CableConfig>(&actuator.kind))
-      result["points"] = points(cable->points, key);
-    if (const auto* rod = std::get_if<RodConfig>(&actuator.kind))
-      result["points"] = points({rod->from, rod->to}, key);
-    if (const auto* force = std::get_if<ForceConfig>(&actuator.kind)) {
-      result["points"] = points({force->at}, key);
+    Json result{{"name", actuator.name},
+                {"kind", place.key},
+                {"effort_limits", {actuator.effort_min, actuator.effort_max}},
+                {"displacement_limits", {actuator.displacement_min, actuator.displacement_max}}};
+    if (!actuator.is_cavity()) result["points"] = points(points_of(actuator), key);
+    if (const auto* force = std::get_if<ForceConfig>(&actuator.kind))
       result["direction"] = numbers(force->direction);
-    }
     if (const auto* filled = std::get_if<CavityConfig>(&actuator.kind))
       result["faces"] = cavity(filled->region, key);
     return result;

@@ -67,6 +67,20 @@ void check_closed(const Mesh& mesh, const std::vector<Face>& surface) {
       format_point_mm(0.5 * (mesh.nodes.col(i) + mesh.nodes.col(j)))));
 }
 
+std::vector<int> nodes_of(const std::vector<Face>& faces) {
+  int last = -1;
+  for (const Face& face : faces) last = std::max(last, *std::ranges::max_element(face));
+  std::vector<bool> seen(static_cast<std::size_t>(last + 1), false);
+  std::vector<int> nodes;
+  for (const Face& face : faces)
+    for (const int node : face) {
+      if (seen[static_cast<std::size_t>(node)]) continue;
+      seen[static_cast<std::size_t>(node)] = true;
+      nodes.push_back(node);
+    }
+  return nodes;
+}
+
 std::vector<Face> closed_surface(const Mesh& mesh, const std::vector<int>& nodes) {
   std::vector<char> named(mesh.node_count(), 0);
   for (int node : nodes) named.at(node) = 1;

@@ -14,6 +14,10 @@ using Face = std::array<int, 3>;
 /// Real-time: no (allocates).
 std::vector<Face> boundary(const Mesh& mesh);
 
+/// The nodes of faces, each once, in the order in which they come.
+/// Real-time: no (allocates).
+std::vector<int> nodes_of(const std::vector<Face>& faces);
+
 /// The wall of the cavities that a set of nodes names: the faces of the body's surface whose corners are all
 /// in it. Normals point out of the body, and so into a cavity. A set may name several cavities, which then
 /// are one, as if a tube joined them.

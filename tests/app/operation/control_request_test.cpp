@@ -67,6 +67,9 @@ TEST_CASE("A request that is not possible is refused with a code and a sentence"
       {"bad_request", R"({"command": "subscribe", "rate": -1})"},
       {"bad_request", R"({"command": "subscribe", "rate": 1001})"},
       {"bad_request", R"({"command": "subscribe", "rate": "10"})"},
+      {"bad_request", R"({"command": "surface"})"},
+      {"bad_request", R"({"command": "surface", "rate": 31})"},
+      {"bad_request", R"({"command": "geometry", "rate": 1})"},
       {"bad_request", R"({"command": "acquire", "steal": 1})"},
       {"bad_request", R"({"command": "target"})"},
       {"bad_request", R"({"command": "target", "position": {}})"},
@@ -95,7 +98,8 @@ TEST_CASE("A number that JSON can write and a double cannot hold is refused", "[
 }
 
 TEST_CASE("Only commands that move the robot or end its run need the control", "[unit]") {
-  for (const Command command : {Command::kStatus, Command::kSubscribe, Command::kAcquire, Command::kRelease})
+  for (const Command command : {Command::kStatus, Command::kSubscribe, Command::kGeometry, Command::kSurface,
+                                Command::kAcquire, Command::kRelease})
     CHECK_FALSE(needs_control(command));
   for (const Command command : {Command::kTarget, Command::kPlay, Command::kPause, Command::kResume,
                                 Command::kHold, Command::kSet, Command::kStop})

@@ -1,16 +1,19 @@
 #!/usr/bin/python3
 """A running robot is operated through its control socket: by tendrilctl, by the Python client, and by line noise."""
 
+import base64
 import contextlib
 import faulthandler
 import json
 import math
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
 import threading
+import time
 import unittest
 from pathlib import Path
 
@@ -93,6 +96,30 @@ class OperateTest(unittest.TestCase):
             return measured and abs(measured["value"] - goal[names[0]]) < 1.5e-3
 
         wait_until(seen, "the tip near its target", [self.daemon, self.plant])
+
+    def test_the_body_is_shown_as_it_moves(self):
+        robot = self.robot()
+        geometry = robot._ask("geometry")["geometry"]
+        self.assertEqual(geometry["robot"], robot.name)
+        nodes = len(geometry["surface"]["nodes_mm"])
+        points = sum(len(each.get("points", ())) for each in geometry["actuators"] + geometry["effectors"])
+        robot._ask("surface", rate=30)
+
+        def positions():
+            while "surface" not in (message := robot._next()):
+                pass
+            surface = message["surface"]
+            numbers = struct.unpack(f"<{3 * (nodes + points)}H", base64.b64decode(surface["positions"]))
+            return [surface["origin"][k % 3] + surface["step"] * number for k, number in enumerate(numbers)]
+
+        before = positions()
+        robot.acquire()
+        name = robot.coordinates[0]
+        robot.target({name: robot.status()["target"][name] + 0.003}, within=0.1)
+        end = time.monotonic() + PATIENCE_S
+        while max(abs(a - b) for a, b in zip(positions(), before)) < 0.002:
+            self.assertLess(time.monotonic(), end)
+        robot._ask("surface", rate=0)
 
     def test_a_stream_moves_the_robot_along_a_circle(self):
         robot = self.robot()

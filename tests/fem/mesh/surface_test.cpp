@@ -29,6 +29,11 @@ Measures measures(const Mesh& mesh, const std::vector<Face>& surface) {
   return result;
 }
 
+TEST_CASE("The nodes of faces come once each, in the order of the faces", "[unit]") {
+  CHECK(nodes_of({{4, 0, 2}, {2, 0, 3}}) == std::vector<int>{4, 0, 2, 3});
+  CHECK(nodes_of({}).empty());
+}
+
 TEST_CASE("The boundary of a block is closed, looks outward and encloses its volume", "[law]") {
   const Mesh mesh = testing::beam(3, 2, 2, 0.01);
   const auto surface = boundary(mesh);
