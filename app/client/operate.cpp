@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "app/client/control_client.h"
+#include "app/client/find_socket.h"
 #include "app/client/shape_trajectory.h"
 #include "app/client/trajectory.h"
 #include "app/config/utf8.h"
@@ -21,26 +22,6 @@ namespace tendril::app {
 namespace {
 
 using nlohmann::ordered_json;
-
-const std::filesystem::path kSockets = "/run/tendril";
-
-/// The socket that is asked for, or the only one there is.
-std::filesystem::path socket_of(const OperateOptions& options) {
-  if (!options.socket.empty()) return options.socket;
-  std::vector<std::filesystem::path> found;
-  std::error_code none;
-  for (const auto& entry : std::filesystem::directory_iterator(kSockets, none))
-    if (entry.path().extension() == ".sock") found.push_back(entry.path());
-  if (found.size() == 1) return found.front();
-  if (found.empty())
-    throw std::runtime_error(
-        fmt::format("no daemon listens in {}: say which socket with --socket, the same as tendrild was given",
-                    kSockets.string()));
-  std::vector<std::string> names;
-  for (const auto& path : found) names.push_back(path.string());
-  throw std::runtime_error(
-      fmt::format("several daemons run: choose one with --socket {}", fmt::join(names, " or ")));
-}
 
 /// Millimetres for a position, millilitres for a volume.
 std::string people_read(const std::string& coordinate, const ordered_json& value) {
@@ -253,7 +234,7 @@ void play(ControlClient& client, const OperateOptions& options) {
 }  // namespace
 
 int operate(const OperateOptions& options) {
-  ControlClient client(socket_of(options));
+  ControlClient client(find_socket(options.socket));
   try {
     if (options.command == "status" && !options.watch) {
       print_state(client, options, client.ask({{"command", "status"}}).at("state"));

@@ -15,6 +15,7 @@ PROGRAMS = {
     "tendrild": ("app/tendrild.cpp", "app/program/command_line.cpp"),
     "tendril-plant": ("app/tendril_plant.cpp", "app/program/command_line.cpp"),
     "tendrilctl": ("app/tendrilctl.cpp", "app/program/command_line.cpp"),
+    "tendril-view": ("app/tendril_view.cpp", "app/program/command_line.cpp"),
     "tendril-latency": ("tools/tendril_latency.cpp", "app/program/command_line.cpp"),
 }
 

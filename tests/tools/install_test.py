@@ -30,6 +30,10 @@ class InstallTest(unittest.TestCase):
     def test_programs_and_what_systemd_reads_are_there(self):
         for program in ("tendrild", "tendril-plant", "tendrilctl", "tendril-latency"):
             self.assertRegex(run(self.root / "bin" / program, "--version"), r"^\d+[.]\d+")
+        if (Path(BUILD) / "app/tendril-view").exists():
+            self.assertRegex(run(self.root / "bin/tendril-view", "--version"), r"^\d+[.]\d+")
+            self.assertTrue((self.root / "share/tendril/view/index.html").is_file())
+            self.assertFalse((self.root / "share/tendril/view/node_modules").exists())
         for file in ("systemd/system/tendrild@.service", "sysusers.d/tendril.conf", "udev/rules.d/60-tendril.rules"):
             self.assertTrue((self.root / "lib" / file).is_file(), file)
         keyboard = self.root / "share/tendril/examples/keyboard.py"
