@@ -38,7 +38,7 @@ class InstallTest(unittest.TestCase):
             self.assertTrue((self.root / "lib" / file).is_file(), file)
         keyboard = self.root / "share/tendril/examples/keyboard.py"
         self.assertIn("page up/down", run(keyboard, "--help"))  # it finds tendril.py
-        for file in ("tendril.py", "grafana-dashboard.json", "prometheus-rules.yaml"):
+        for file in ("tendril.py", "grafana-dashboard.json", "prometheus-rules.yml"):
             self.assertTrue((self.root / "share/tendril" / file).is_file(), file)
 
     def test_a_report_is_drawn_by_what_was_installed(self):

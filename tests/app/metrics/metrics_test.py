@@ -94,14 +94,14 @@ class MetricsTest(unittest.TestCase):
         told = {name for name, _ in samples(self.scrape())}
         panels = json.loads((CONFIG / "grafana-dashboard.json").read_text())["panels"]
         asked = [target["expr"] for panel in panels for target in panel["targets"]]
-        asked += re.findall(r"expr: (?:\|\n)?((?:.|\n)*?)\n        (?:for|labels):", (CONFIG / "prometheus-rules.yaml").read_text())
+        asked += re.findall(r"expr: (?:\|\n)?((?:.|\n)*?)\n        (?:for|labels):", (CONFIG / "prometheus-rules.yml").read_text())
         self.assertGreater(len(asked), 20)
         for expression in asked:
             for name in NAME.findall(expression):
                 self.assertIn(name, told, expression)
 
     def test_promtool_accepts_the_alerts(self):
-        checked = promtool("check", "rules", CONFIG / "prometheus-rules.yaml")
+        checked = promtool("check", "rules", CONFIG / "prometheus-rules.yml")
         self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
 
     def test_every_metric_is_in_the_manual(self):
