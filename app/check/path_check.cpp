@@ -168,6 +168,7 @@ PathCheck simulate_path(const Config& config, double model_rate_hz,
           fmt::format("the simulated drives do not follow within {:g} s of virtual time", kStartWithin_s);
     return result;
   }
+  result.started = true;
   const int64_t begin_ns = rig.now_ns(), path_ns = rig.motion()->path_start_ns();
   result.approach_s = 1e-9 * static_cast<double>(path_ns - begin_ns);
   result.round_s = 1e-9 * static_cast<double>(rig.motion()->round_ns());

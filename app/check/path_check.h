@@ -52,10 +52,11 @@ struct PathCheck {
   std::vector<AtLimit> at_limits;        ///< at the worst instant
   std::vector<ActuatorDemand> actuators;
   std::vector<PathFault> faults;
+  bool started = false;     ///< the simulated drives came to follow; else nothing is known of the path
   std::string stop_reason;  ///< what ended the run early; else empty
 
   bool whole() const { return covered_s >= 0.999 * round_s; }
-  bool follows() const { return stop_reason.empty() && error_max <= kReached; }
+  bool follows() const { return !started || (stop_reason.empty() && error_max <= kReached); }
 };
 
 /// Runs controller, model and simulated drives over the path in virtual time, with a body of the controller's

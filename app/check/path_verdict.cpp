@@ -61,6 +61,7 @@ std::string describe(const PathInstant& instant, const Config& config) {
 
 std::string verdict(const Config& config, const PathCheck& path) {
   const std::string covered = coverage(config, path);
+  if (!path.started) return "not simulated: the simulated drives do not start: " + path.stop_reason;
   if (!path.stop_reason.empty())
     return fmt::format("THE RUN STOPS after {:.2f} s of the path: {}; {}", path.covered_s, path.stop_reason,
                        covered);
