@@ -41,6 +41,7 @@ class WebSocket:
         self.close()
 
     def close(self):
+        self._stream.close()  # it holds the connection too
         self._socket.close()
 
     def send(self, message):
