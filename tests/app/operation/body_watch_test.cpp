@@ -5,6 +5,7 @@
 #include "app/operation/control_server.h"
 #include "app/operation/surface_messages.h"
 #include "tests/app/operation/line_client.h"
+#include "tests/app/operation/no_drives.h"
 #include "tests/app/robot_file.h"
 
 namespace tendril::app::body_watch_test {
@@ -37,7 +38,8 @@ struct Bench {
   TargetSource targets{config, rt::EffectorVector::Zero(2)};
   rt::Requests requests;
   rt::SurfaceChannel channel;
-  ControlServer server{path, config, targets, requests};
+  NoDrives drives;
+  ControlServer server{path, config, targets, requests, drives};
 };
 
 class Client {

@@ -4,6 +4,7 @@
 
 #include "rt/periodic_clock.h"
 #include "tests/app/operation/line_client.h"
+#include "tests/app/operation/no_drives.h"
 #include "tests/app/robot_file.h"
 
 namespace tendril::app::control_server_test {
@@ -19,16 +20,6 @@ Config robot() {
   config.motion = MotionConfig{{0, 0, 0.1}, {{0, 0, 0}, {0.03, 0, 0}}, 0.02, true};
   return config;
 }
-
-/// Has no drives, but words for their faults.
-struct NoDrives final : hal::DriveMaster {
-  std::vector<uint32_t> identifiers() const override { return {}; }
-  void receive(const hal::Frame&, int64_t) noexcept override {}
-  const hal::Measurement& measure(hal::BusHealth, int64_t) noexcept override { return measurement; }
-  void command(const hal::Command&, int64_t, hal::FrameBatch&) noexcept override {}
-  std::string describe(const hal::DriveFault& fault) const override { return hal::name(fault.kind); }
-  hal::Measurement measurement;
-};
 
 /// A robot that runs, as far as the server can tell.
 struct Bench {

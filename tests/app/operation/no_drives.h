@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hal/drive/drives.h"
+
+namespace tendril::app {
+
+/// Has no drives, but words for their faults.
+struct NoDrives final : hal::DriveMaster {
+  std::vector<uint32_t> identifiers() const override { return {}; }
+  void receive(const hal::Frame&, int64_t) noexcept override {}
+  const hal::Measurement& measure(hal::BusHealth, int64_t) noexcept override { return measurement; }
+  void command(const hal::Command&, int64_t, hal::FrameBatch&) noexcept override {}
+  std::string describe(const hal::DriveFault& fault) const override { return hal::name(fault.kind); }
+  hal::Measurement measurement;
+};
+
+}  // namespace tendril::app
