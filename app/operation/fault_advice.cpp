@@ -46,7 +46,8 @@ const char* advice_on_drive(hal::FaultKind kind) {
     case FaultKind::kBusOff:
       return "Check cable, terminations and bit rate of the bus.";
     case FaultKind::kBusStalled:
-      return "Check that a drive is on and acknowledges frames, and the cable, terminations and bit rate of the bus.";
+      return "Check that a drive is on and acknowledges frames, and the cable, terminations and bit rate of "
+             "the bus.";
     case FaultKind::kBusDown:
       return "Check that the adapter is plugged in and bring the interface up: ip link set NAME up.";
     case FaultKind::kNone:

@@ -95,7 +95,8 @@ TEST_CASE("Model, control and main thread of the daemon run a robot together fro
 TEST_CASE("A drive's fault reaches all threads of the daemon, and ends them", "[rt]") {
   setenv("PYTHONHOME", "/dev/null/none", 1);
   const Block block;
-  const Config config = patient(block.config);
+  Config config = patient(block.config);
+  config.control.on_fault = OnFault::kExit;
   const testing::OwnFolder folder;
   ServedDrives drives(config);
   drives.fail_when_enabled();

@@ -97,12 +97,12 @@ TEST_CASE("A number that JSON can write and a double cannot hold is refused", "[
   CHECK(code_of(R"({"command": "target", "position": {"tip.x": NaN}})") == "bad_json");
 }
 
-TEST_CASE("Only commands that move the robot or end its run need the control", "[unit]") {
+TEST_CASE("Only commands that can move the robot need the control", "[unit]") {
   for (const Command command : {Command::kStatus, Command::kSubscribe, Command::kGeometry, Command::kSurface,
-                                Command::kAcquire, Command::kRelease})
+                                Command::kAcquire, Command::kRelease, Command::kDisable, Command::kStop})
     CHECK_FALSE(needs_control(command));
   for (const Command command : {Command::kTarget, Command::kPlay, Command::kPause, Command::kResume,
-                                Command::kHold, Command::kSet, Command::kStop})
+                                Command::kHold, Command::kSet, Command::kEnable, Command::kReset})
     CHECK(needs_control(command));
 }
 
