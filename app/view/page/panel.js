@@ -66,7 +66,9 @@ export class Panel {
     say($("control"), !allowed ? "Watching only" : held ? "Give control back" : "Take control");
     $("control").disabled = !allowed;
     $("control").title = allowed ? "" : "open the address with the token that tendril-view printed";
-    for (const element of document.querySelectorAll("button[data-command], #stop, #speed")) element.disabled = !held;
+    for (const element of document.querySelectorAll("button[data-command], #speed")) element.disabled = !held;
+    // Whoever may press anything may stop the robot.
+    for (const element of document.querySelectorAll("#stop, [data-command=disable]")) element.disabled = !allowed;
     $("hint").hidden = !held;
   }
 
@@ -114,7 +116,7 @@ export class Panel {
   show(state, color, load) {
     this.holder = state.control;
     say($("phase"), state.phase);
-    $("lamp").className = state.faults.length ? "" : state.phase === "run" ? "run" : "wait";
+    $("lamp").className = state.faults.length || state.fault ? "" : state.phase === "run" ? "run" : "wait";
     say($("mode"), state.mode);
     say($("holder"), this.control.held ? "this page" : (state.control ?? "nobody"));
     for (const button of document.querySelectorAll("button[data-command]"))
@@ -123,10 +125,11 @@ export class Panel {
       $("speed").value = 100 * state.path_rate;
       say($("speed-text"), `${Math.round(100 * state.path_rate)} %`);
     }
-    if (state.faults.join() !== this.faults)
-      $("faults").replaceChildren(...state.faults.map((fault) =>
+    const faults = state.fault ? [`${state.fault.what}. ${state.fault.do} Then reset.`] : state.faults;
+    if (faults.join() !== this.faults)
+      $("faults").replaceChildren(...faults.map((fault) =>
         Object.assign(document.createElement("li"), { textContent: fault })));
-    this.faults = state.faults.join();
+    this.faults = faults.join();
     this.robot.actuators.forEach((actuator, k) => {
       const { displacement, effort } = state.actuators[actuator.name];
       const row = $("actuators").children[k];

@@ -142,9 +142,9 @@ class FakeDaemon(socketserver.ThreadingUnixStreamServer):
         return {
             "time": time.monotonic(), "phase": self.phase, "mode": self.mode, "path_rate": 1.0, "control": control,
             "target": target, "model": target, "measured": measured,
-            "actuators": {"north": {"command": 0.002, "displacement": 0.001, "effort": 3.0}},
-            "qp": {"status": "solved", "iterations": 4}, "snapshot_age": 0.002, "cycles": 1000, "late_cycles": 1,
-            "faults": self.faults,
+            "actuators": {"north": {"command": 0.002, "displacement": 0.001, "effort": 3.0, "power": "on"}},
+            "qp": {"status": "solved", "iterations": 4}, "snapshot": 20, "snapshot_age": 0.002, "cycle_time": 5e-5,
+            "cycles": 1000, "late_cycles": 1, "faults": self.faults, "fault": None,
         }
 
     def serve(self, client, request):
