@@ -97,6 +97,15 @@ class ViewTest(unittest.TestCase):
             page.send({"token": token})
         return page
 
+    def meet(self, token=None):
+        """A page that the daemon has greeted, and what it was told of its token; the two come in any order."""
+        page, view, greeted = self.page(token), None, False
+        while not greeted or (token and view is None):
+            message = page.read()
+            greeted = greeted or message == GREETING
+            view = message.get("view", view)
+        return page, view
+
     def test_the_page_comes_with_headers_that_keep_other_content_out(self):
         answer, text = self.get("/")
         self.assertEqual(answer.status, 200)
@@ -166,11 +175,9 @@ class ViewTest(unittest.TestCase):
     def test_without_the_token_a_page_watches_and_moves_nothing(self):
         with Daemon(self.path) as daemon:
             for token in (None, "a wrong one", TOKEN[:-1]):
-                page = self.page(token)
+                page, view = self.meet(token)
                 if token:
-                    self.assertEqual(page.until("view")["control"], False)
-                while page.read() != GREETING:
-                    pass
+                    self.assertEqual(view["control"], False)
                 page.send({"id": 1, "command": "geometry"})
                 self.assertEqual(page.read(), {"id": 1, "ok": True, "asked": "geometry"})
                 for request in ({"command": "acquire"}, {"command": "stop"}, {"command": ["status"]}, {}, {"command": "dance"}):
@@ -182,10 +189,8 @@ class ViewTest(unittest.TestCase):
 
     def test_with_the_token_a_page_says_what_it_likes_to_the_daemon(self):
         with Daemon(self.path) as daemon:
-            page = self.page(TOKEN)
-            self.assertEqual(page.until("view"), {"control": True})
-            while page.read() != GREETING:
-                pass
+            page, view = self.meet(TOKEN)
+            self.assertEqual(view, {"control": True})
             request = {"id": [1, {"a": "b"}], "command": "target", "position": {"tip.x": 0.01}}
             page.send(request)
             self.assertEqual(page.read()["id"], request["id"])
