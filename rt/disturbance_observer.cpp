@@ -21,7 +21,10 @@ double median(const std::array<double, 3>& z) noexcept {
 }  // namespace
 
 DisturbanceObserver::DisturbanceObserver(const ObserverConfig& config, int effector_coordinates)
-    : config_(config), estimates_(config.measured.size()) {
+    : config_(config),
+      share_(1 - std::exp(-config.period_s / config.time_constant_s)),
+      faded_(std::exp(-config.period_s / kFading_s)),
+      estimates_(config.measured.size()) {
   p_e_.setZero(effector_coordinates);
   d_.setZero(effector_coordinates);
   if (!config.measured.empty())
@@ -33,8 +36,6 @@ void DisturbanceObserver::step(const hal::Measurement& measurement, const Actuat
   if (causes_.empty()) return;
   remember(measurement, lambda);
   const hal::SensorReadings& readings = measurement.sensors;
-  const double share = 1 - std::exp(-config_.period_s / config_.time_constant_s);
-  const double faded = std::exp(-config_.period_s / kFading_s);
   int64_t recalled_ns = 0;  // p_e_ is of this instant
   for (std::size_t k = 0; k < estimates_.size(); ++k) {
     const MeasuredCoordinate& measured = config_.measured[k];
@@ -50,9 +51,9 @@ void DisturbanceObserver::step(const hal::Measurement& measurement, const Actuat
     }
     double& d = d_[measured.coordinate];
     if (estimate.trusted && now_ns - estimate.trusted_ns <= kKept_ns)
-      d += share * (median(estimate.z) - d);
+      d += share_ * (median(estimate.z) - d);
     else if (now_ns - estimate.trusted_ns > kKept_ns)
-      d *= faded;
+      d *= faded_;
   }
   for (std::size_t s = 0; s < known_ns_.size();
        ++s)  // a stamp that runs ahead of the clock is no measure for later ones

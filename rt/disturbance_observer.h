@@ -78,6 +78,7 @@ class DisturbanceObserver {
   const Cause& cause(std::size_t k) const noexcept { return causes_[(first_ + k) % causes_.size()]; }
 
   ObserverConfig config_;
+  double share_, faded_;              // of d in one cycle: taken from the discrepancy; left where it fades
   std::vector<Cause> causes_;         // a ring
   std::size_t first_ = 0, kept_ = 0;  // its oldest entry, and how many there are
   std::vector<Estimate> estimates_;   // one a measured coordinate
