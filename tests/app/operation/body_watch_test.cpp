@@ -5,21 +5,12 @@
 #include "app/operation/control_server.h"
 #include "app/operation/surface_messages.h"
 #include "tests/app/operation/line_client.h"
-#include "tests/app/operation/no_drives.h"
+#include "tests/app/operation/small_robot.h"
 #include "tests/app/robot_file.h"
 
 namespace tendril::app::body_watch_test {
 
 using nlohmann::json;
-
-Config robot() {
-  Config config;
-  config.robot = "finger";
-  config.effectors = {{"tip", {}, {true, false, true}, {}, {1, 1}}};
-  config.actuators.resize(1);
-  config.actuators[0].name = "left";
-  return config;
-}
 
 struct Bench {
   void show() { server.show_body(R"({"surface":{"nodes_mm":[]}})", channel); }
@@ -34,7 +25,7 @@ struct Bench {
 
   RobotFile folder{""};
   std::filesystem::path path = folder.folder() / "robot.sock";
-  Config config = robot();
+  Config config = small_robot();
   TargetSource targets{config, rt::EffectorVector::Zero(2)};
   rt::Requests requests;
   rt::SurfaceChannel channel;

@@ -4,7 +4,7 @@
 
 #include "rt/periodic_clock.h"
 #include "tests/app/operation/line_client.h"
-#include "tests/app/operation/no_drives.h"
+#include "tests/app/operation/small_robot.h"
 #include "tests/app/robot_file.h"
 
 namespace tendril::app::control_server_test {
@@ -12,11 +12,7 @@ namespace tendril::app::control_server_test {
 using nlohmann::json;
 
 Config robot() {
-  Config config;
-  config.robot = "finger";
-  config.effectors = {{"tip", {}, {true, false, true}, {}, {1, 1}}};
-  config.actuators.resize(1);
-  config.actuators[0].name = "left";
+  Config config = small_robot();
   config.motion = MotionConfig{{0, 0, 0.1}, {{0, 0, 0}, {0.03, 0, 0}}, 0.02, true};
   return config;
 }

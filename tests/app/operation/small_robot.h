@@ -3,9 +3,20 @@
 #include <string>
 #include <vector>
 
+#include "app/config/config.h"
 #include "hal/drive/drives.h"
 
 namespace tendril::app {
+
+/// A robot of one cable and a tip that moves in x and z, without a path.
+inline Config small_robot() {
+  Config config;
+  config.robot = "finger";
+  config.effectors = {{"tip", {}, {true, false, true}, {}, {1, 1}}};
+  config.actuators.resize(1);
+  config.actuators[0].name = "left";
+  return config;
+}
 
 /// Has no drives, but words for their faults.
 struct NoDrives final : hal::DriveMaster {
