@@ -185,6 +185,20 @@ class LatencyTest(unittest.TestCase):
                 self.assertEqual(code, 0, err)
                 self.assertEqual(json.loads(out)["load"], [load])
 
+    def test_a_load_ends_with_a_program_that_is_killed(self):
+        if shutil.which("stress-ng") is None:
+            self.skipTest("stress-ng is missing")
+        process = start("--timer", "--load", "cpu")
+        wait_for_progress(process)
+        load = Path("/proc", str(child_of(process, "stress-ng")), "stat")
+        process.end_of_patience.cancel()
+        process.kill()
+        process.communicate()
+        end = time.monotonic() + PATIENCE_S
+        while load.exists() and load.read_text().rpartition(")")[2].split()[0] != "Z":
+            self.assertLess(time.monotonic(), end, "stress-ng goes on")
+            time.sleep(0.01)
+
     def test_a_load_that_dies_is_told_and_no_figure_lost(self):
         if shutil.which("stress-ng") is None:
             self.skipTest("stress-ng is missing")

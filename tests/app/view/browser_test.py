@@ -33,7 +33,7 @@ class BrowserTest(unittest.TestCase):
         self.view = self.enterContext(Program(words, self.folder / "view.log"))
         self.view.wait_for("#token=")
         self.url = re.search(r"http://\S+", self.view.said())[0]
-        self.browser = self.enterContext(Browser(self.folder))
+        self.browser = self.enterContext(Browser(self.folder, (900, 600)))  # drawn by the CPU, so small
 
     @contextlib.contextmanager
     def running_robot(self):
@@ -84,6 +84,7 @@ class BrowserTest(unittest.TestCase):
             wait_until(lambda: max(abs(a - b) for a, b in zip(browser.ask("Array.from(page.positions)"), before)) > 2,
                        "the body to move", [daemon])
             self.shown("mode", "target")
+            browser.resize(1440, 900)
             browser.screenshot(Path(PICTURES, "view.png"))
 
             # A fault is told in words.
