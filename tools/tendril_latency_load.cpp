@@ -5,11 +5,14 @@
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 
 #include "app/program/stop_signal.h"
@@ -43,6 +46,14 @@ void unmap_until(std::stop_token quit) {
   }
 }
 
+bool is_installed(const std::string& program) {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "/usr/bin");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (access((folder + "/" + program).c_str(), X_OK) == 0) return true;
+  return false;
+}
+
 }  // namespace
 
 std::vector<std::string> load_names() {
@@ -69,8 +80,12 @@ LatencyLoad::~LatencyLoad() {
 }
 
 void LatencyLoad::start_stress(const std::vector<std::string>& names, int cpu) {
-  // Its own time-out would be a day.
-  std::vector<std::string> words{"stress-ng", "--quiet", "--timeout", "0", "--temp-path", kDiskFolder};
+  if (!is_installed("stress-ng"))
+    throw std::runtime_error("no load: there is no stress-ng; install the package stress-ng");
+  // setpriv makes the load end with this program, also where that is killed. stress-ng's own time-out would
+  // be a day.
+  std::vector<std::string> words{"setpriv",   "--pdeathsig", "TERM",        "stress-ng", "--quiet",
+                                 "--timeout", "0",           "--temp-path", kDiskFolder};
   if (cpu >= 0) words.insert(words.end(), {"--taskset", std::to_string(cpu)});
   for (const std::string& name : names)
     words.insert(words.end(), kLoads.at(name).begin(), kLoads.at(name).end());
@@ -82,11 +97,11 @@ void LatencyLoad::start_stress(const std::vector<std::string>& names, int cpu) {
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
   app::take_signals_as_usual(attributes);
-  const int error = posix_spawnp(&child_, "stress-ng", nullptr, &attributes, arguments.data(), environ);
+  const int error =
+      posix_spawnp(&child_, words.front().c_str(), nullptr, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   if (error != 0)
-    throw std::runtime_error(std::string("no load: stress-ng: ") + std::strerror(error) +
-                             "; install the package stress-ng");
+    throw std::runtime_error(std::string("no load: ") + words.front() + ": " + std::strerror(error));
 }
 
 bool LatencyLoad::alive() {
