@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "app/config/load_config.h"
-#include "app/program/exit_codes.h"
 #include "app/robot/inverse_statics.h"
 #include "tools/coupling_variation.h"
 #include "tools/path_run.h"
