@@ -61,13 +61,14 @@ class ControlServer : private LineServer::Listener {
   void too_long(int client) override;
   void gone(int client) override;
 
-  nlohmann::ordered_json answer(int client, const ControlRequest& request);
+  std::string answer(int client, const ControlRequest& request);
+  void require(Demands demands, int client) const;
   BodyWatch& body();
   void acquire(int client, bool steal);
+  void release(int client);
   void enable();
   void reset();
   void aim(const ControlRequest& request, int64_t now_ns);
-  void require_running() const;
   nlohmann::ordered_json state() const;
 
   const Config& config_;
