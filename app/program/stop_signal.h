@@ -12,7 +12,7 @@ namespace tendril::app {
 ///
 /// The signals are blocked, in this thread and in all that it starts, and stop_signalled() takes them. No
 /// handler runs, so a library that sets one of its own takes none away: METIS, within CHOLMOD's ordering,
-/// does for SIGTERM. To be called once in main, before any thread is started.
+/// does for SIGTERM. To be called once, before any thread is started.
 void watch_stop_signals();
 
 /// Whether one of them has come. For any thread. Real-time: no (a system call).
