@@ -87,7 +87,7 @@ int print_data_sheet(const std::string& file) {
 }
 
 int run_plant(const std::string& file, const std::string& bus_name) {
-  std::optional<EndsWhileStarting> starting(std::in_place);
+  std::optional<ExitOnStopSignal> starting(std::in_place);
   const Config config = load_config(file);
   PlantBody body(config);
   PlantDrives drives(config);

@@ -8,10 +8,10 @@
 namespace tendril::app {
 
 PreparedRobot prepare_robot(const Config& config, bool allow_non_rt) {
-  const EndsWhileStarting starting;
+  const ExitOnStopSignal starting;
   PreparedRobot prepared;
   prepared.robot = build_model(config);
-  prepared.rest = rest_of_effectors(*prepared.robot);
+  prepared.rest = effectors_at_rest(*prepared.robot);
   prepared.memory_locked = lock_memory(allow_non_rt);
   prepared.idle_latency_limit = limit_idle_latency(config.control.idle_latency);
   prepared.law = controller_config_for_this_machine(*prepared.robot, config);

@@ -19,7 +19,7 @@ struct PreparedRobot {
 };
 
 /// Builds the model, takes the rights of real time, then times the QP. A stop signal meanwhile ends the
-/// process, see EndsWhileStarting.
+/// process, see ExitOnStopSignal.
 /// @throws ConfigError; rt::RtError where memory cannot be locked and must be
 /// Real-time: no (takes seconds).
 PreparedRobot prepare_robot(const Config& config, bool allow_non_rt);

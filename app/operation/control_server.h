@@ -12,7 +12,7 @@
 #include "app/operation/body_watch.h"
 #include "app/operation/control_request.h"
 #include "app/operation/line_server.h"
-#include "app/operation/paced_log.h"
+#include "app/operation/rate_limited_log.h"
 #include "app/operation/robot_state.h"
 #include "app/operation/target_source.h"
 #include "rt/channels.h"
@@ -79,7 +79,7 @@ class ControlServer : private LineServer::Listener {
   std::map<int, Subscription> clients_;
   int holder_ = 0;           // the client that has the control; 0: none
   std::string holder_peer_;  // who that is
-  PacedLog log_;             // of who has the control
+  RateLimitedLog log_;       // of who has the control
   LineServer server_;
   std::optional<BodyWatch> body_;
 };

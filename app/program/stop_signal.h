@@ -28,12 +28,12 @@ void take_signals_as_usual(posix_spawnattr_t& attributes);
 /// As long as it lives, a stop signal ends the process at once, with exit code 0: for the time in which the
 /// robot has not been touched, and building the model may take longer than whoever sends the signal would
 /// wait.
-class EndsWhileStarting {
+class ExitOnStopSignal {
  public:
-  EndsWhileStarting();
-  ~EndsWhileStarting();
-  EndsWhileStarting(const EndsWhileStarting&) = delete;
-  EndsWhileStarting& operator=(const EndsWhileStarting&) = delete;
+  ExitOnStopSignal();
+  ~ExitOnStopSignal();
+  ExitOnStopSignal(const ExitOnStopSignal&) = delete;
+  ExitOnStopSignal& operator=(const ExitOnStopSignal&) = delete;
 
  private:
   std::atomic<bool> quit_{false};
