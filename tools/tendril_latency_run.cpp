@@ -47,16 +47,16 @@ void require_virtual(const std::string& interface) {
 /// The simulated drives, in a thread below the controller's as in tendril-plant. They look at the bus by a
 /// clock of their own, so that the cycle does not pay for waking them: on a robot, drives are other
 /// computers.
-class DriveBench {
+class DriveThread {
  public:
-  DriveBench(const app::Config& config, const LatencyOptions& options)
+  DriveThread(const app::Config& config, const LatencyOptions& options)
       : bus_name_(options.bus.empty() ? medium_.emplace().name() : options.bus),
         drives_(config),
         bus_(hal::open_bus(bus_name_, hal::BusRole::kHost)),
         clock_(std::min(kServingsPerCycle * options.rate_hz, rt::DeadlineGrid::kHighestRateHz)),
         thread_({"drives", std::max(1, options.priority / 2), options.housekeeping_cpu},
                 rt::RtRights::kIgnore, [this] { serve(); }) {}
-  ~DriveBench() { quit_ = true; }  // the thread is joined next
+  ~DriveThread() { quit_ = true; }  // the thread is joined next
 
   const std::string& bus() const { return bus_name_; }
 
@@ -141,7 +141,7 @@ std::string words_of(const rt::Scheduling& scheduling) {
 
 /// The control loop's way of waiting and nothing else.
 /// Real-time: the thread that is measured.
-void beat(rt::PeriodicClock& clock, rt::Channels& channels) noexcept {
+void run_bare_timer(rt::PeriodicClock& clock, rt::Channels& channels) noexcept {
   rt::TraceRecord record;
   record.phase = rt::Phase::kRunning;
   while (!channels.requests.stop.load(std::memory_order_relaxed)) {
@@ -172,9 +172,9 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   facts.memory_locked = prepared.memory_locked;
   facts.idle_latency_held = prepared.idle_latency_limit != nullptr;
 
-  const DriveBench bench(config, options);
+  const DriveThread drives(config, options);
   auto master = hal::make_master(app::master_config(config));
-  const auto bus = hal::open_bus(bench.bus(), hal::BusRole::kJoin, master->identifiers());
+  const auto bus = hal::open_bus(drives.bus(), hal::BusRole::kJoin, master->identifiers());
   app::ControlStack stack(prepared.law, std::move(master), *bus);
   rt::Channels& channels = *stack.channels;
   app::ModelThread model(*prepared.robot, config, channels);
@@ -215,7 +215,7 @@ LatencyFacts run_timer(const LatencyOptions& options, LatencyStages& stages, con
                            [&] {
                              scheduling = rt::scheduling_of_this_thread();
                              rt::PeriodicClock clock(options.rate_hz);
-                             beat(clock, *channels);
+                             run_bare_timer(clock, *channels);
                            });
   const StopAtExit stop_at_exit{channels->requests};
   if (!timer.refusal().empty()) spdlog::warn("{}", timer.refusal());
