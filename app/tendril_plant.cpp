@@ -11,7 +11,7 @@
 #include "app/plant/plant_console.h"
 #include "app/program/command_line.h"
 #include "app/program/exit_codes.h"
-#include "app/program/output.h"
+#include "app/program/program.h"
 #include "app/program/stop_signal.h"
 #include "hal/bus/open_bus.h"
 #include "hal/drive/drive_protocol.h"
@@ -87,7 +87,7 @@ int print_data_sheet(const std::string& file) {
 }
 
 int run_plant(const std::string& file, const std::string& bus_name) {
-  std::optional<EndsWhileStarting> starting(std::in_place);
+  std::optional<ExitOnStopSignal> starting(std::in_place);
   const Config config = load_config(file);
   PlantBody body(config);
   PlantDrives drives(config);
@@ -133,8 +133,8 @@ int run_plant(const std::string& file, const std::string& bus_name) {
 }  // namespace tendril::app
 
 int main(int argc, char** argv) {
-  tendril::app::open_standard_descriptors();
-  tendril::app::CommandLine cli{
+  using namespace tendril;
+  app::CommandLine cli{
       "tendril-plant is a simulated robot on the other side of the bus: servo drives that speak the "
       "protocol of the robot file, a body in motion with a material of its own (section 'plant' of the robot "
       "file), and its sensors. "
@@ -148,10 +148,10 @@ int main(int argc, char** argv) {
   cli.add("CONFIG", file, "the robot: a YAML file, see docs/robot-file.md").required();
   cli.add("--bus", bus, "CAN interface, or local:PATH; replaces bus.name of the file");
   cli.add_flag("--eds", eds, "print the electronic data sheet (EDS) of the simulated drives, and end");
-  if (const auto code = cli.parse(argc, argv)) return *code;
 
-  tendril::app::log_to_stderr("tendril-plant");
-  if (!eds) tendril::app::watch_stop_signals();
-  return tendril::app::exit_code_of(
-      [&] { return eds ? tendril::app::print_data_sheet(file) : tendril::app::run_plant(file, bus); });
+  return app::run_program("tendril-plant", cli, argc, argv, [&] {
+    if (eds) return app::print_data_sheet(file);
+    app::watch_stop_signals();
+    return app::run_plant(file, bus);
+  });
 }

@@ -7,7 +7,7 @@
 #include "app/client/find_socket.h"
 #include "app/program/command_line.h"
 #include "app/program/exit_codes.h"
-#include "app/program/output.h"
+#include "app/program/program.h"
 #include "app/program/stop_signal.h"
 #include "app/view/view_server.h"
 
@@ -40,7 +40,6 @@ int view(const std::filesystem::path& socket, const std::string& listen, const s
 
 int main(int argc, char** argv) {
   using namespace tendril;
-  app::open_standard_descriptors();
   app::CommandLine cli{
       "tendril-view shows a running robot in the browser: its body as it deforms, its actuators, its errors. "
       "It serves "
@@ -57,9 +56,9 @@ int main(int argc, char** argv) {
       "--listen", listen,
       "ADDRESS:PORT of the page (default: 127.0.0.1:8765, which only this machine can open); port 0: any");
   cli.add("--token", token, "that the address has (default: a new one each time)");
-  if (const auto code = cli.parse(argc, argv)) return *code;
 
-  app::log_to_stderr("tendril-view");
-  app::watch_stop_signals();
-  return app::exit_code_of([&] { return app::view(socket, listen, token); });
+  return app::run_program("tendril-view", cli, argc, argv, [&] {
+    app::watch_stop_signals();
+    return app::view(socket, listen, token);
+  });
 }

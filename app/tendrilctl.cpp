@@ -5,8 +5,7 @@
 #include "app/client/operate.h"
 #include "app/jog/jog_run.h"
 #include "app/program/command_line.h"
-#include "app/program/exit_codes.h"
-#include "app/program/output.h"
+#include "app/program/program.h"
 #include "app/program/stop_signal.h"
 
 namespace tendril::app {
@@ -97,7 +96,6 @@ void declare_operation(CommandLine& cli, OperateOptions& options,
 
 int main(int argc, char** argv) {
   using namespace tendril;
-  app::open_standard_descriptors();
   app::CommandLine cli{
       "tendrilctl is for the hands of whoever wires and runs the robot. All commands but jog speak to a "
       "running "
@@ -130,11 +128,9 @@ int main(int argc, char** argv) {
   command.add_flag("--json", jog.json, "one line of JSON instead of progress");
   command.add_flag("--allow-non-rt", jog.allow_non_rt,
                    "run without SCHED_FIFO and locked memory where they are refused");
-  if (const auto code = cli.parse(argc, argv)) return *code;
 
-  app::log_to_stderr("tendrilctl");
-  app::watch_stop_signals();
-  return app::exit_code_of([&] {
+  return app::run_program("tendrilctl", cli, argc, argv, [&] {
+    app::watch_stop_signals();
     for (const auto& [name, given] : commands)
       if (given->given()) {
         operation.command = name;

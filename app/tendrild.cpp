@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <cstdlib>
 #include <optional>
@@ -9,7 +8,7 @@
 #include "app/daemon/daemon.h"
 #include "app/program/command_line.h"
 #include "app/program/exit_codes.h"
-#include "app/program/output.h"
+#include "app/program/program.h"
 #include "app/program/report_pictures.h"
 #include "app/program/stop_signal.h"
 #include "app/robot/body.h"
@@ -19,7 +18,6 @@
 
 int main(int argc, char** argv) {
   using namespace tendril;
-  app::open_standard_descriptors();
   app::CommandLine cli{
       "tendrild controls a soft robot in real time: a background thread keeps a finite-element model of the "
       "body up to "
@@ -79,11 +77,9 @@ int main(int argc, char** argv) {
       .ending_in({".png", ".svg", ".html"})
       .needs("--check");
   cli.add_flag("--json", json, "with --check: one line of JSON").needs("--check");
-  if (const auto code = cli.parse(argc, argv)) return *code;
 
-  app::log_to_stderr("tendrild");
-  if (!check && !dbc) app::watch_stop_signals();
-  return app::exit_code_of([&] {
+  return app::run_program("tendrild", cli, argc, argv, [&] {
+    if (!check && !dbc) app::watch_stop_signals();
     const app::Config config = app::load_config(file);
     if (dbc) {
       fmt::print("{}", app::bus_dbc(config));

@@ -23,7 +23,7 @@ double infinity_norm(const rt::Snapshot& snapshot) {
 
 /// The same robot with the line as its motion: the approach to its only waypoint.
 app::Config on_line(app::Config config, const Eigen::Vector3d& way, double speed) {
-  const rt::EffectorVector rest = app::rest_of_effectors(*app::build_model(config));
+  const rt::EffectorVector rest = app::effectors_at_rest(*app::build_model(config));
   app::MotionConfig line{.waypoints = {way}, .speed = speed, .closed = false};
   if (config.motion) line.effector = config.motion->effector;
   const auto rows = app::effector_rows(config);

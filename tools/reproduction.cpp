@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "app/config/load_config.h"
-#include "app/program/exit_codes.h"
 #include "app/robot/inverse_statics.h"
 #include "tools/coupling_variation.h"
 #include "tools/path_run.h"
@@ -55,7 +54,7 @@ Json json(const Loops& loops) {
 
 Json head(const app::Config& config, const char* experiment) {
   const auto robot = app::build_model(config);
-  const Eigen::Vector3d rest = 1e3 * app::rest_of_effectors(*robot).head<3>();
+  const Eigen::Vector3d rest = 1e3 * app::effectors_at_rest(*robot).head<3>();
   return {{"experiment", experiment},
           {"robot", config.robot},
           {"nodes", robot->model.mesh().node_count()},

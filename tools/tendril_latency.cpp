@@ -14,7 +14,7 @@
 #include "app/config/utf8.h"
 #include "app/program/command_line.h"
 #include "app/program/exit_codes.h"
-#include "app/program/output.h"
+#include "app/program/program.h"
 #include "app/program/report_pictures.h"
 #include "app/program/stop_signal.h"
 #include "rt/deadline_grid.h"
@@ -226,7 +226,6 @@ int measure(Arguments arguments) {
 
 int main(int argc, char** argv) {
   using namespace tendril;
-  app::open_standard_descriptors();
   app::CommandLine cli{
       "tendril-latency measures how late the control loop is: it runs the daemon's own cycle (bus, snapshot, "
       "QP, bus) with the model thread behind it and simulated drives on the bus, or the bare timer. "
@@ -266,9 +265,9 @@ int main(int argc, char** argv) {
   cli.add_flag("--json", arguments.json, "one line of JSON instead of table and plot");
   cli.add_flag("--allow-non-rt", arguments.run.allow_non_rt,
                "measure without SCHED_FIFO and locked memory where they are refused");
-  if (const auto code = cli.parse(argc, argv)) return *code;
 
-  app::log_to_stderr("tendril-latency");
-  app::watch_stop_signals();
-  return app::exit_code_of([&] { return tools::measure(arguments); });
+  return app::run_program("tendril-latency", cli, argc, argv, [&] {
+    app::watch_stop_signals();
+    return tools::measure(arguments);
+  });
 }

@@ -16,15 +16,13 @@
 
 #include "app/check/private_bus.h"
 #include "app/config/master_config.h"
+#include "app/daemon/prepared_robot.h"
 #include "app/plant/plant.h"
 #include "app/program/real_time_rights.h"
 #include "app/program/stop_signal.h"
 #include "app/robot/control_stack.h"
-#include "app/robot/inverse_statics.h"
 #include "app/robot/model_thread.h"
 #include "app/robot/motion.h"
-#include "app/robot/qp_budget.h"
-#include "app/robot/robot.h"
 #include "hal/bus/open_bus.h"
 #include "hal/drive/drive_protocol.h"
 #include "rt/control_thread.h"
@@ -49,16 +47,16 @@ void require_virtual(const std::string& interface) {
 /// The simulated drives, in a thread below the controller's as in tendril-plant. They look at the bus by a
 /// clock of their own, so that the cycle does not pay for waking them: on a robot, drives are other
 /// computers.
-class DriveBench {
+class DriveThread {
  public:
-  DriveBench(const app::Config& config, const LatencyOptions& options)
+  DriveThread(const app::Config& config, const LatencyOptions& options)
       : bus_name_(options.bus.empty() ? medium_.emplace().name() : options.bus),
         drives_(config),
         bus_(hal::open_bus(bus_name_, hal::BusRole::kHost)),
         clock_(std::min(kServingsPerCycle * options.rate_hz, rt::DeadlineGrid::kHighestRateHz)),
         thread_({"drives", std::max(1, options.priority / 2), options.housekeeping_cpu},
                 rt::RtRights::kIgnore, [this] { serve(); }) {}
-  ~DriveBench() { quit_ = true; }  // the thread is joined next
+  ~DriveThread() { quit_ = true; }  // the thread is joined next
 
   const std::string& bus() const { return bus_name_; }
 
@@ -143,7 +141,7 @@ std::string words_of(const rt::Scheduling& scheduling) {
 
 /// The control loop's way of waiting and nothing else.
 /// Real-time: the thread that is measured.
-void beat(rt::PeriodicClock& clock, rt::Channels& channels) noexcept {
+void run_bare_timer(rt::PeriodicClock& clock, rt::Channels& channels) noexcept {
   rt::TraceRecord record;
   record.phase = rt::Phase::kRunning;
   while (!channels.requests.stop.load(std::memory_order_relaxed)) {
@@ -170,21 +168,16 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   for (app::ActuatorConfig& actuator : config.actuators)
     if (!actuator.follows_effort()) actuator.drive.following_error = 1;
   LatencyFacts facts;
-  std::optional<app::EndsWhileStarting> starting(std::in_place);
-  const auto robot = app::build_model(config);
-  const rt::EffectorVector rest = app::rest_of_effectors(*robot);
-  const rt::ControllerConfig limits = app::controller_config_for_this_machine(*robot, config);
-  facts.memory_locked = app::lock_memory(options.allow_non_rt);
-  const auto idle_latency_limit = app::limit_idle_latency(config.control.idle_latency);
-  facts.idle_latency_held = idle_latency_limit != nullptr;
+  const app::PreparedRobot prepared = app::prepare_robot(config, options.allow_non_rt);
+  facts.memory_locked = prepared.memory_locked;
+  facts.idle_latency_held = prepared.idle_latency_limit != nullptr;
 
-  starting.reset();
-  const DriveBench bench(config, options);
+  const DriveThread drives(config, options);
   auto master = hal::make_master(app::master_config(config));
-  const auto bus = hal::open_bus(bench.bus(), hal::BusRole::kJoin, master->identifiers());
-  app::ControlStack stack(limits, std::move(master), *bus);
+  const auto bus = hal::open_bus(drives.bus(), hal::BusRole::kJoin, master->identifiers());
+  app::ControlStack stack(prepared.law, std::move(master), *bus);
   rt::Channels& channels = *stack.channels;
-  app::ModelThread model(*robot, config, channels);
+  app::ModelThread model(*prepared.robot, config, channels);
   rt::ControlThread control({"control", options.priority, options.cpu}, app::rights_of(options.allow_non_rt),
                             options.rate_hz, stack.loop, channels);
   if (!control.refusal().empty()) spdlog::warn("{}", control.refusal());
@@ -193,7 +186,7 @@ LatencyFacts run_robot(app::Config config, const LatencyOptions& options, Latenc
   std::optional<app::Motion> motion;
   facts.seconds = Watch(channels, options, stages, tell).run([&] {
     if (config.motion && channels.run_starts.fresh())
-      motion.emplace(config, rest, channels.run_starts.latest());
+      motion.emplace(config, prepared.rest, channels.run_starts.latest());
     if (!motion) return;
     channels.targets.back() = motion->at(rt::now_ns());
     channels.targets.publish();
@@ -222,7 +215,7 @@ LatencyFacts run_timer(const LatencyOptions& options, LatencyStages& stages, con
                            [&] {
                              scheduling = rt::scheduling_of_this_thread();
                              rt::PeriodicClock clock(options.rate_hz);
-                             beat(clock, *channels);
+                             run_bare_timer(clock, *channels);
                            });
   const StopAtExit stop_at_exit{channels->requests};
   if (!timer.refusal().empty()) spdlog::warn("{}", timer.refusal());

@@ -8,18 +8,16 @@
 
 #include "app/config/master_config.h"
 #include "app/daemon/housekeeping.h"
+#include "app/daemon/prepared_robot.h"
 #include "app/daemon/run_recorder.h"
 #include "app/daemon/service_manager.h"
 #include "app/daemon/telemetry_log.h"
 #include "app/daemon/telemetry_sink.h"
 #include "app/program/real_time_rights.h"
 #include "app/program/report_pictures.h"
-#include "app/program/stop_signal.h"
 #include "app/robot/bus_check.h"
 #include "app/robot/control_stack.h"
-#include "app/robot/inverse_statics.h"
 #include "app/robot/model_thread.h"
-#include "app/robot/qp_budget.h"
 #include "app/robot/robot.h"
 #include "app/robot/robot_geometry.h"
 #include "hal/bus/bus_lock.h"
@@ -53,15 +51,11 @@ bool waits_after_fault(const Config& config, const DaemonOptions& options) {
 }  // namespace
 
 int run_daemon(const Config& config, const DaemonOptions& options) {
-  std::optional<EndsWhileStarting> starting(std::in_place);
   check_bus(config);
-  const auto robot = build_model(config);
-  const rt::EffectorVector rest = rest_of_effectors(*robot);
-  const bool memory_locked = lock_memory(options.allow_non_rt);
-  const auto idle_latency_limit = limit_idle_latency(config.control.idle_latency);
-  rt::ControllerConfig law = controller_config_for_this_machine(*robot, config);
-  law.waits_after_fault = waits_after_fault(config, options);
-  starting.reset();
+  const bool waits = waits_after_fault(config, options);
+  PreparedRobot prepared = prepare_robot(config, options.allow_non_rt);
+  prepared.law.waits_after_fault = waits;
+  const Robot& robot = *prepared.robot;
   std::optional<RunRecorder> recorder;
   if (!options.report.empty()) recorder.emplace(config, options.report);
 
@@ -71,11 +65,11 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   const hal::BusLock lock(bus_name);
   const auto bus = hal::open_bus(bus_name, hal::BusRole::kJoin, master->identifiers());
   RunFacts facts;
-  facts.nodes = robot->model.mesh().node_count();
-  facts.tetrahedra = robot->model.mesh().tet_count();
+  facts.nodes = robot.model.mesh().node_count();
+  facts.tetrahedra = robot.model.mesh().tet_count();
   facts.bus = bus->describe();
-  facts.memory_locked = memory_locked;
-  facts.iteration_cap = law.iteration_cap;
+  facts.memory_locked = prepared.memory_locked;
+  facts.iteration_cap = prepared.law.iteration_cap;
   std::optional<TelemetryLog> log;
   std::optional<TelemetrySink> lines;
   if (!options.log.empty()) {
@@ -84,12 +78,12 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
     rt::keep_to_cpu(log->thread(), "log", config.control.housekeeping_cpu);
   }
   log_start(config, *bus, bus_name);
-  ControlStack stack(law, std::move(master), *bus);
-  ModelThread model(*robot, config, *stack.channels);
+  ControlStack stack(prepared.law, std::move(master), *bus);
+  ModelThread model(robot, config, *stack.channels);
   ServiceManager service;
-  Housekeeping housekeeping(config, options, *stack.channels, model, *stack.master, rest,
+  Housekeeping housekeeping(config, options, *stack.channels, model, *stack.master, prepared.rest,
                             recorder ? &*recorder : nullptr, log ? &*log : nullptr, service);
-  housekeeping.show_body(*robot, config);
+  housekeeping.show_body(robot, config);
   rt::ControlThread control({"control", config.control.priority, config.control.cpu},
                             rights_of(options.allow_non_rt), config.control.rate_hz, stack.loop,
                             *stack.channels);
@@ -125,7 +119,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   if (log) log->finish(housekeeping.progress(), facts, counts);
   if (recorder) {
     recorder->finish(facts, counts);
-    recorder->add_geometry(robot_geometry(config, robot->model.mesh()));
+    recorder->add_geometry(robot_geometry(config, robot.model.mesh()));
     draw_report(options.report);
   }
   return reason.empty() ? 0 : 1;

@@ -3,43 +3,30 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "app/config/config.h"
+#include "app/config/readings.h"
 #include "rt/trace_record.h"
 
 namespace tendril::app {
 
-/// Where what a sensor measures stands among the readings of a trace record.
-struct SignalIndex {
-  std::size_t sensor, signal;
-};
-
-/// Which signals of the sensors measure what. Real-time: no, for all of it (allocates).
+/// The signals of the sensors, sorted by what they measure. Real-time: no, for all of it (allocates).
 struct MeasuredSignals {
   explicit MeasuredSignals(const Config& config);
 
-  /// A coordinate of an effector other than the first.
-  struct Other {
-    SignalIndex index;
-    std::string effector;
-    int axis;  ///< 0 x, 1 y, 2 z
-  };
-
-  std::vector<int>
-      tip_axes;  ///< of the first effector's controlled coordinates, in their order: 0 x, 1 y, 2 z
-  std::array<std::optional<SignalIndex>, 3> tip;    ///< x, y, z of the first effector
-  std::vector<std::optional<SignalIndex>> efforts;  ///< one an actuator
-  std::vector<Other> others;
+  std::vector<int> tip_axes;                    ///< that are controlled, see app::tip_axes()
+  std::array<std::optional<Reading>, 3> tip;    ///< x, y, z of the first effector
+  std::vector<std::optional<Reading>> efforts;  ///< one an actuator
+  std::vector<Reading> others;                  ///< coordinates of the other effectors
 };
 
 /// Tells the first record that holds a sample from those that repeat it.
 class NewSamples {
  public:
   /// Whether the record holds a sample of the sensor that the records before did not.
-  bool has(const rt::TraceRecord& record, const SignalIndex& index) const {
-    return record.sensors.stamp_ns[index.sensor] > known_ns_[index.sensor];
+  bool has(const rt::TraceRecord& record, const Reading& reading) const {
+    return record.sensors.stamp_ns[reading.sensor] > known_ns_[reading.sensor];
   }
   /// The record is done with.
   void pass(const rt::TraceRecord& record) { known_ns_ = record.sensors.stamp_ns; }

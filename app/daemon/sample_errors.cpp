@@ -51,14 +51,14 @@ void SampleErrors::compare_tip(const rt::TraceRecord& record, const Motion* moti
   std::array<int64_t, 3> stamps_ns = compared_ns_;
   for (std::size_t k = 0; k < signals_.tip_axes.size(); ++k) {
     const int axis = signals_.tip_axes[k];
-    const auto& index = signals_.tip[axis];
-    if (!index || config_.effectors[0].weights[k] <= 0) continue;
-    const int64_t stamp_ns = record.sensors.stamp_ns[index->sensor];
+    const auto& reading = signals_.tip[axis];
+    if (!reading || config_.effectors[0].weights[k] <= 0) continue;
+    const int64_t stamp_ns = record.sensors.stamp_ns[reading->sensor];
     if (stamp_ns <= compared_ns_[axis] || stamp_ns < since_ns) return;
     stamps_ns[axis] = stamp_ns;
     newest_ns = std::max(newest_ns, stamp_ns);
-    any_new = any_new || new_samples_.has(record, *index);
-    const double measured = record.sensors.value[index->signal];
+    any_new = any_new || new_samples_.has(record, *reading);
+    const double measured = record.sensors.value[reading->signal];
     const auto row = static_cast<Eigen::Index>(k);
     const ModelPoint& model = model_at(stamp_ns);
     to_path += std::pow((motion ? motion->at(stamp_ns).position : model.desired)[row] - measured, 2);
@@ -71,12 +71,12 @@ void SampleErrors::compare_tip(const rt::TraceRecord& record, const Motion* moti
 
 void SampleErrors::compare_efforts(const rt::TraceRecord& record) {
   for (std::size_t a = 0; a < signals_.efforts.size(); ++a) {
-    const auto& index = signals_.efforts[a];
-    if (!index || !new_samples_.has(record, *index)) continue;
-    const int64_t stamp_ns = record.sensors.stamp_ns[index->sensor];
+    const auto& reading = signals_.efforts[a];
+    if (!reading || !new_samples_.has(record, *reading)) continue;
+    const int64_t stamp_ns = record.sensors.stamp_ns[reading->sensor];
     if (stamp_ns < running_since_ns_) continue;
     const double solved = model_at(stamp_ns).lambda[static_cast<Eigen::Index>(a)];
-    efforts_.push_back({a, std::abs(record.sensors.value[index->signal] - solved)});
+    efforts_.push_back({a, std::abs(record.sensors.value[reading->signal] - solved)});
   }
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <utility>
 
 #include "app/daemon/trace_file.h"
 #include "app/mcap/numbered_files.h"
@@ -42,11 +43,7 @@ TelemetryLog::TelemetryLog(const Config& config, const std::filesystem::path& fi
       recorder_(std::make_unique<NumberedFiles>(file, total_bytes),
                 telemetry_content(config, facts, offset_ns_), limits_of(total_bytes)) {
   for (const ActuatorConfig& actuator : config.actuators) actuators_.push_back(in_quotes(actuator.name));
-  std::size_t signal = 0;
-  for (std::size_t s = 0; s < config.sensors.size(); ++s) {
-    sensors_.push_back({0, sensor_groups(config, s, signal)});
-    signal += config.sensors[s].measures.size();
-  }
+  for (auto& groups : sensor_groups(config)) sensors_.push_back({0, std::move(groups)});
 }
 
 void TelemetryLog::record(Topic topic, int64_t log_ns, int64_t publish_ns) {

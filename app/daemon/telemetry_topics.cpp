@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/config/readings.h"
 #include "app/daemon/reaction_name.h"
 #include "app/robot/robot.h"
 #include "rt/faults.h"
@@ -167,16 +168,15 @@ std::vector<ValueGroup> coordinate_groups(const Config& config) {
   return groups;
 }
 
-std::vector<ValueGroup> sensor_groups(const Config& config, std::size_t sensor, std::size_t first_signal) {
-  std::vector<ValueGroup> groups;
-  for (const MeasuredConfig& measured : config.sensors[sensor].measures) {
-    if (measured.actuator >= 0)
-      add_value(groups, config.actuators[measured.actuator].name, "effort", first_signal);
+std::vector<std::vector<ValueGroup>> sensor_groups(const Config& config) {
+  std::vector<std::vector<ValueGroup>> sensors(config.sensors.size());
+  for (const auto& [sensor, signal, measures] : readings(config))
+    if (measures.actuator >= 0)
+      add_value(sensors[sensor], config.actuators[measures.actuator].name, "effort", signal);
     else
-      add_value(groups, config.effectors[measured.effector].name, kCoordinates[measured.axis], first_signal);
-    ++first_signal;
-  }
-  return groups;
+      add_value(sensors[sensor], config.effectors[measures.effector].name, kCoordinates[measures.axis],
+                signal);
+  return sensors;
 }
 
 McapContent telemetry_content(const Config& config, const RunFacts& facts, int64_t offset_ns) {
@@ -194,9 +194,10 @@ McapContent telemetry_content(const Config& config, const RunFacts& facts, int64
   add("/status", "tendril.Status", status_schema(config));
   add("/log", "foxglove.Log", log_schema());
   add("/end", "tendril.End", end_schema());
+  const auto groups = sensor_groups(config);
   for (std::size_t s = 0; s < config.sensors.size(); ++s) {
     const std::string& name = config.sensors[s].frame.name;
-    add("/sensors/" + name, "tendril.Sensor." + name, object(sensor_groups(config, s, 0), config));
+    add("/sensors/" + name, "tendril.Sensor." + name, object(groups[s], config));
   }
 
   content.metadata.push_back({"run",

@@ -22,10 +22,9 @@ struct ValueGroup {
 /// The controlled coordinates: {"tip": {"x": …}}, with their places in rt::EffectorVector.
 std::vector<ValueGroup> coordinate_groups(const Config& config);
 
-/// What a sensor measures: {"tip": {"x": …}, "north": {"effort": …}}, with the places of its signals.
-/// @param sensor        its place in the list of sensors
-/// @param first_signal  of it, among those of all sensors
-std::vector<ValueGroup> sensor_groups(const Config& config, std::size_t sensor, std::size_t first_signal);
+/// What each sensor measures: {"tip": {"x": …}, "north": {"effort": …}}, with the places of its signals in
+/// hal::SensorReadings.
+std::vector<std::vector<ValueGroup>> sensor_groups(const Config& config);
 
 /// A text in quotes, as JSON has it. What is no UTF-8 in it is replaced.
 std::string in_quotes(const std::string& text);

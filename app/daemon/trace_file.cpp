@@ -46,24 +46,25 @@ void TraceFile::write_header() {
                         actuator.is_cavity() ? "m3" : "m", effort);
     if (signals_.efforts[a]) csv_ << fmt::format(",measured_{}_{}", actuator.name, effort);
   }
-  for (const MeasuredSignals::Other& other : signals_.others)
-    csv_ << fmt::format(",measured_{}_{}_m", other.effector, "xyz"[other.axis]);
+  for (const Reading& other : signals_.others)
+    csv_ << fmt::format(",measured_{}_{}_m", config_.effectors[other.measures.effector].name,
+                        "xyz"[other.measures.axis]);
   csv_ << ",qp_status,qp_iterations,snapshot_age_s,wakeup_us,cycle_us\n";
 }
 
-std::string TraceFile::cell(const rt::TraceRecord& record, const std::optional<SignalIndex>& index,
+std::string TraceFile::cell(const rt::TraceRecord& record, const std::optional<Reading>& reading,
                             int decimals) const {
-  if (!index || !new_samples_.has(record, *index)) return ",";
-  return fmt::format(",{:.{}f}", record.sensors.value[index->signal], decimals);
+  if (!reading || !new_samples_.has(record, *reading)) return ",";
+  return fmt::format(",{:.{}f}", record.sensors.value[reading->signal], decimals);
 }
 
 std::string TraceFile::tip_cells(const rt::TraceRecord& record) const {
   std::string cells;
   int64_t newest_ns = 0;
-  for (const auto& index : signals_.tip) {
-    cells += cell(record, index, 7);
-    if (index && new_samples_.has(record, *index))
-      newest_ns = std::max(newest_ns, record.sensors.stamp_ns[index->sensor]);
+  for (const auto& reading : signals_.tip) {
+    cells += cell(record, reading, 7);
+    if (reading && new_samples_.has(record, *reading))
+      newest_ns = std::max(newest_ns, record.sensors.stamp_ns[reading->sensor]);
   }
   return cells + (newest_ns == 0 ? "," : fmt::format(",{:.6f}", seconds(newest_ns)));
 }
@@ -81,7 +82,7 @@ void TraceFile::add(const rt::TraceRecord& record, const Motion* motion) {
                        record.lambda[a], cavity ? 11 : 7, cavity ? 2 : 5);
     if (signals_.efforts[a]) row += cell(record, signals_.efforts[a], cavity ? 2 : 5);
   }
-  for (const MeasuredSignals::Other& other : signals_.others) row += cell(record, other.index, 7);
+  for (const Reading& other : signals_.others) row += cell(record, other, 7);
   row +=
       fmt::format(",{},{},{:.6f},{:.2f},{:.2f}\n", record.qp_solved ? qp::name(record.qp_status) : "",
                   record.qp_iterations, 1e-9 * static_cast<double>(record.snapshot_age_ns),

@@ -35,8 +35,7 @@ class TraceFile {
  private:
   void write_header();
   std::string tip_cells(const rt::TraceRecord& record) const;
-  std::string cell(const rt::TraceRecord& record, const std::optional<SignalIndex>& index,
-                   int decimals) const;
+  std::string cell(const rt::TraceRecord& record, const std::optional<Reading>& reading, int decimals) const;
   double seconds(int64_t stamp_ns) const { return 1e-9 * static_cast<double>(stamp_ns - first_ns_); }
 
   const Config& config_;

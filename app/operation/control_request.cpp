@@ -23,27 +23,28 @@ struct CommandRow {
   Command command;
   const char* name;
   std::vector<const char*> keys;
-  bool control;  // who asks must have it
+  Demands demands;
 };
 
 const std::array<CommandRow, 16>& commands() {
+  constexpr Demands kNone{}, kControl{.control = true}, kTargets{.control = true, .running = true};
   static const std::array<CommandRow, 16> table{{
-      {Command::kStatus, "status", {}, false},
-      {Command::kSubscribe, "subscribe", {"rate"}, false},
-      {Command::kGeometry, "geometry", {}, false},
-      {Command::kSurface, "surface", {"rate"}, false},
-      {Command::kAcquire, "acquire", {"steal"}, false},
-      {Command::kRelease, "release", {}, false},
-      {Command::kTarget, "target", {"position", "velocity", "in", "speed"}, true},
-      {Command::kPlay, "play", {}, true},
-      {Command::kPause, "pause", {}, true},
-      {Command::kResume, "resume", {}, true},
-      {Command::kHold, "hold", {}, true},
-      {Command::kSet, "set", {"path_rate"}, true},
-      {Command::kDisable, "disable", {}, false},
-      {Command::kEnable, "enable", {}, true},
-      {Command::kReset, "reset", {}, true},
-      {Command::kStop, "stop", {}, false},
+      {Command::kStatus, "status", {}, kNone},
+      {Command::kSubscribe, "subscribe", {"rate"}, kNone},
+      {Command::kGeometry, "geometry", {}, kNone},
+      {Command::kSurface, "surface", {"rate"}, kNone},
+      {Command::kAcquire, "acquire", {"steal"}, kNone},
+      {Command::kRelease, "release", {}, kNone},
+      {Command::kTarget, "target", {"position", "velocity", "in", "speed"}, kTargets},
+      {Command::kPlay, "play", {}, kTargets},
+      {Command::kPause, "pause", {}, kTargets},
+      {Command::kResume, "resume", {}, kTargets},
+      {Command::kHold, "hold", {}, kTargets},
+      {Command::kSet, "set", {"path_rate"}, kTargets},
+      {Command::kDisable, "disable", {}, kNone},
+      {Command::kEnable, "enable", {}, kControl},
+      {Command::kReset, "reset", {}, kControl},
+      {Command::kStop, "stop", {}, kNone},
   }};
   return table;
 }
@@ -197,10 +198,10 @@ ControlRequest read_request(std::string_view line, const Config& config,
   }
 }
 
-bool needs_control(Command command) {
+Demands demands_of(Command command) {
   const auto& table = commands();
   return std::find_if(table.begin(), table.end(), [&](const CommandRow& r) { return r.command == command; })
-      ->control;
+      ->demands;
 }
 
 }  // namespace tendril::app

@@ -70,7 +70,11 @@ struct ControlRequest {
 ControlRequest read_request(std::string_view line, const Config& config,
                             const std::vector<std::string>& coordinates);
 
-/// Whether only the client that has the control may ask for it.
-bool needs_control(Command command);
+/// What must hold before a command is obeyed.
+struct Demands {
+  bool control = false;  ///< the client has the control
+  bool running = false;  ///< the robot follows targets
+};
+Demands demands_of(Command command);
 
 }  // namespace tendril::app

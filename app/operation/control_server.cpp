@@ -25,6 +25,12 @@ ordered_json error_of(const json& id, const RequestError& error) {
 
 std::string text_of(const ordered_json& message) { return to_text(message); }
 
+std::string done(const ControlRequest& request, const ordered_json& told = ordered_json::object()) {
+  ordered_json reply = {{"id", request.id}, {"ok", true}};
+  reply.update(told);
+  return text_of(reply);
+}
+
 }  // namespace
 
 ControlServer::ControlServer(const std::filesystem::path& path, const Config& config, TargetSource& targets,
@@ -57,25 +63,14 @@ void ControlServer::connected(int client) {
 }
 
 void ControlServer::received(int client, std::string_view line) {
-  ordered_json reply;
+  json id;
   try {
     const ControlRequest request = read_request(line, config_, robot_.coordinates());
-    reply = {{"id", request.id}, {"ok", true}};
-    try {
-      if (request.command == Command::kGeometry) {
-        // Put together as text, since it may be long.
-        server_.send(client, fmt::format(R"({{"id":{},"ok":true,"geometry":{}}})", text_of(request.id),
-                                         body().geometry()));
-        return;
-      }
-      reply.update(answer(client, request));
-    } catch (const RequestError& error) {
-      reply = error_of(request.id, error);
-    }
+    id = request.id;
+    server_.send(client, answer(client, request));
   } catch (const RequestError& error) {
-    reply = error_of(error.id, error);
+    server_.send(client, text_of(error_of(id.is_null() ? error.id : id, error)));
   }
-  server_.send(client, text_of(reply));
 }
 
 void ControlServer::too_long(int client) {
@@ -91,71 +86,72 @@ void ControlServer::gone(int client) {
   log_.say(fmt::format("control released: {} is gone", holder_peer_));
 }
 
-ordered_json ControlServer::answer(int client, const ControlRequest& request) {
+std::string ControlServer::answer(int client, const ControlRequest& request) {
+  require(demands_of(request.command), client);
   const int64_t now_ns = rt::now_ns();
-  if (needs_control(request.command) && client != holder_)
-    throw RequestError("no_control", holder_ == 0 ? "acquire the control first"
-                                                  : holder_peer_ + " has the control; acquire it first");
+  const auto mode = [&] { return done(request, {{"mode", name(targets_.mode())}}); };
   switch (request.command) {
     case Command::kStatus:
-      return {{"state", state()}};
+      return done(request, {{"state", state()}});
     case Command::kSubscribe: {
       Subscription& subscription = clients_.at(client);
       subscription.interval_ns = request.rate_hz > 0 ? std::llround(1e9 / request.rate_hz) : 0;
       subscription.due_ns = now_ns;
-      return ordered_json::object();
+      return done(request);
     }
+    case Command::kGeometry:  // put together as text, since it may be long
+      return fmt::format(R"({{"id":{},"ok":true,"geometry":{}}})", text_of(request.id), body().geometry());
     case Command::kSurface:
       body().subscribe(client, request.rate_hz);
-      return ordered_json::object();
+      return done(request);
     case Command::kAcquire:
       acquire(client, request.steal);
-      return ordered_json::object();
+      return done(request);
     case Command::kRelease:
-      if (client != holder_) throw RequestError("no_control", "this client does not have the control");
-      holder_ = 0;
-      log_.say(fmt::format("control released by {}", holder_peer_));
-      return ordered_json::object();
+      release(client);
+      return done(request);
+    case Command::kTarget:
+      aim(request, now_ns);
+      return mode();
+    case Command::kPlay:
+      targets_.follow_path(now_ns);
+      return mode();
+    case Command::kPause:
+      targets_.pause(now_ns);
+      return mode();
+    case Command::kResume:
+      targets_.resume(now_ns);
+      return mode();
+    case Command::kHold:
+      targets_.hold(now_ns);
+      return mode();
+    case Command::kSet:
+      targets_.set_path_rate(now_ns, *request.path_rate);
+      return mode();
     case Command::kDisable:
       if (!requests_.standby.exchange(true))
         spdlog::info("drives to be disabled, asked for by {}", server_.peer(client));
-      return ordered_json::object();
+      return done(request);
     case Command::kEnable:
       enable();
-      return ordered_json::object();
+      return done(request);
     case Command::kReset:
       reset();
-      return ordered_json::object();
+      return done(request);
     case Command::kStop:
       if (!requests_.stop.exchange(true)) spdlog::info("stop asked for by {}", server_.peer(client));
-      return ordered_json::object();
-    default:
-      break;
+      return done(request);
   }
-  require_running();
-  switch (request.command) {
-    case Command::kTarget:
-      aim(request, now_ns);
-      break;
-    case Command::kPlay:
-      targets_.follow_path(now_ns);
-      break;
-    case Command::kPause:
-      targets_.pause(now_ns);
-      break;
-    case Command::kResume:
-      targets_.resume(now_ns);
-      break;
-    case Command::kHold:
-      targets_.hold(now_ns);
-      break;
-    case Command::kSet:
-      targets_.set_path_rate(now_ns, *request.path_rate);
-      break;
-    default:
-      break;
-  }
-  return {{"mode", name(targets_.mode())}};
+  throw RequestError("unknown_command", "the command has no answer");  // each has returned
+}
+
+void ControlServer::require(Demands demands, int client) const {
+  if (demands.control && client != holder_)
+    throw RequestError("no_control", holder_ == 0 ? "acquire the control first"
+                                                  : holder_peer_ + " has the control; acquire it first");
+  if (demands.running && (!targets_.begun() || last_.phase > rt::Phase::kRunning))
+    throw RequestError("not_running",
+                       fmt::format("the robot takes no targets in phase '{}'", rt::name(last_.phase)));
 }
 
 BodyWatch& ControlServer::body() {
@@ -175,6 +171,12 @@ void ControlServer::acquire(int client, bool steal) {
   holder_peer_ = peer;
 }
 
+void ControlServer::release(int client) {
+  if (client != holder_) throw RequestError("no_control", "this client does not have the control");
+  holder_ = 0;
+  log_.say(fmt::format("control released by {}", holder_peer_));
+}
+
 void ControlServer::enable() {
   if (last_.latched.present) throw RequestError("faulted", "a fault has stopped the robot: reset it");
   spdlog::info("drives to be enabled, asked for by {}", holder_peer_);
@@ -189,12 +191,6 @@ void ControlServer::reset() {
                                    rt::name(last_.phase)));
   spdlog::info("fault reset by {}", holder_peer_);
   requests_.reset();
-}
-
-void ControlServer::require_running() const {
-  if (!targets_.begun() || last_.phase > rt::Phase::kRunning)
-    throw RequestError("not_running",
-                       fmt::format("the robot takes no targets in phase '{}'", rt::name(last_.phase)));
 }
 
 void ControlServer::aim(const ControlRequest& request, int64_t now_ns) {

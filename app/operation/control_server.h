@@ -12,7 +12,7 @@
 #include "app/operation/body_watch.h"
 #include "app/operation/control_request.h"
 #include "app/operation/line_server.h"
-#include "app/operation/paced_log.h"
+#include "app/operation/rate_limited_log.h"
 #include "app/operation/robot_state.h"
 #include "app/operation/target_source.h"
 #include "rt/channels.h"
@@ -61,13 +61,14 @@ class ControlServer : private LineServer::Listener {
   void too_long(int client) override;
   void gone(int client) override;
 
-  nlohmann::ordered_json answer(int client, const ControlRequest& request);
+  std::string answer(int client, const ControlRequest& request);
+  void require(Demands demands, int client) const;
   BodyWatch& body();
   void acquire(int client, bool steal);
+  void release(int client);
   void enable();
   void reset();
   void aim(const ControlRequest& request, int64_t now_ns);
-  void require_running() const;
   nlohmann::ordered_json state() const;
 
   const Config& config_;
@@ -78,7 +79,7 @@ class ControlServer : private LineServer::Listener {
   std::map<int, Subscription> clients_;
   int holder_ = 0;           // the client that has the control; 0: none
   std::string holder_peer_;  // who that is
-  PacedLog log_;             // of who has the control
+  RateLimitedLog log_;       // of who has the control
   LineServer server_;
   std::optional<BodyWatch> body_;
 };

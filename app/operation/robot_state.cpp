@@ -14,7 +14,7 @@ using nlohmann::ordered_json;
 }  // namespace
 
 RobotState::RobotState(const Config& config, const hal::DriveMaster& master)
-    : config_(config), master_(master), coordinates_(coordinate_names(config)) {}
+    : config_(config), master_(master), coordinates_(coordinate_names(config)), readings_(readings(config)) {}
 
 ordered_json RobotState::by_coordinate(const double* values) const {
   auto result = ordered_json::object();
@@ -25,22 +25,19 @@ ordered_json RobotState::by_coordinate(const double* values) const {
 /// What sensors told last, of effectors and of efforts, and when.
 ordered_json RobotState::measured(const rt::TraceRecord& record) const {
   auto result = ordered_json::object();
-  std::size_t signal = 0;
-  for (std::size_t s = 0; s < config_.sensors.size(); ++s) {
-    const int64_t stamp_ns = record.sensors.stamp_ns[s];
-    for (const MeasuredConfig& measured : config_.sensors[s].measures) {
-      const double value = record.sensors.value[signal++];
-      const std::string name = measured.actuator >= 0
-                                   ? config_.actuators[measured.actuator].name + ".effort"
-                                   : config_.effectors[measured.effector].name + "." + "xyz"[measured.axis];
-      if (stamp_ns > 0)
-        // A sample that came after the intended wake-up is of this instant.
-        result[name] = {
-            {"value", value},
-            {"age", 1e-9 * static_cast<double>(std::max<int64_t>(0, record.intended_ns - stamp_ns))}};
-      else
-        result[name] = nullptr;
-    }
+  for (const Reading& reading : readings_) {
+    const MeasuredConfig& measures = reading.measures;
+    const std::string name = measures.actuator >= 0
+                                 ? config_.actuators[measures.actuator].name + ".effort"
+                                 : config_.effectors[measures.effector].name + "." + "xyz"[measures.axis];
+    const int64_t stamp_ns = record.sensors.stamp_ns[reading.sensor];
+    if (stamp_ns > 0)
+      // A sample that came after the intended wake-up is of this instant.
+      result[name] = {
+          {"value", record.sensors.value[reading.signal]},
+          {"age", 1e-9 * static_cast<double>(std::max<int64_t>(0, record.intended_ns - stamp_ns))}};
+    else
+      result[name] = nullptr;
   }
   return result;
 }

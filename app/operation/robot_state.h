@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/config/config.h"
+#include "app/config/readings.h"
 #include "hal/drive/drives.h"
 #include "rt/trace_record.h"
 
@@ -29,6 +30,7 @@ class RobotState {
   const Config& config_;
   const hal::DriveMaster& master_;
   std::vector<std::string> coordinates_;
+  std::vector<Reading> readings_;
 };
 
 }  // namespace tendril::app

@@ -46,13 +46,13 @@ std::optional<rt::Target> TargetSource::at(int64_t now_ns) const {
       return std::nullopt;
     case Mode::kPath:
     case Mode::kPaused:
-      if (way_ && now_ns < clock_ns_) break;  // not yet at rest to begin it
+      if (profile_ && now_ns < clock_ns_) break;  // not yet at rest to begin it
       return path_target(now_ns);
     case Mode::kTarget:
     case Mode::kHold:
       break;
   }
-  if (way_) return target_of(way_->at(1e-9 * static_cast<double>(now_ns - way_ns_)), now_ns);
+  if (profile_) return target_of(profile_->at(1e-9 * static_cast<double>(now_ns - profile_ns_)), now_ns);
   rt::Target target = now_ns < to_goal_.until_ns ? to_goal_ : beyond_;
   target.position = target.at(now_ns);
   target.stamp_ns = now_ns;
@@ -74,7 +74,7 @@ void TargetSource::aim(int64_t now_ns, const rt::EffectorVector& goal, int64_t d
   to_goal_.until_ns = now_ns + duration_ns;
   beyond_ = {goal, velocity, to_goal_.until_ns,
              to_goal_.until_ns + std::llround(1e9 * config_.control.target_age_limit)};
-  way_.reset();
+  profile_.reset();
   mode_ = Mode::kTarget;
   undisturbed_ = false;
 }
@@ -83,14 +83,14 @@ double TargetSource::distance(const rt::EffectorVector& a, const rt::EffectorVec
   return (b - a).cwiseProduct(positions_).norm();
 }
 
-SmoothWay TargetSource::coming_to_rest(int64_t now_ns) const {
+MotionProfile TargetSource::coming_to_rest(int64_t now_ns) const {
   const rt::EffectorVector none = 0 * positions_;
-  SmoothWay::State motion{wanted(now_ns), none, none};
+  MotionProfile::State motion{wanted(now_ns), none, none};
   if (const auto target = at(now_ns); target && target->until_ns > now_ns) {
     motion.velocity = target->velocity;
     if (target->acceleration.size() > 0) motion.acceleration = target->acceleration;
   }
-  return SmoothWay(motion, none, positions_, *limits_);
+  return MotionProfile(motion, none, positions_, *limits_);
 }
 
 void TargetSource::go(int64_t now_ns, const rt::EffectorVector& goal, double speed) {
@@ -98,10 +98,10 @@ void TargetSource::go(int64_t now_ns, const rt::EffectorVector& goal, double spe
     const double seconds = distance(wanted(now_ns), goal) / speed;
     return aim(now_ns, goal, std::llround(1e9 * seconds), 0 * goal);
   }
-  SmoothWay way = coming_to_rest(now_ns);
-  way.go_to(goal, distance(way.end(), goal), {speed, limits_->acceleration, limits_->jerk});
-  way_ = std::move(way);
-  way_ns_ = now_ns;
+  MotionProfile profile = coming_to_rest(now_ns);
+  profile.go_to(goal, distance(profile.end(), goal), {speed, limits_->acceleration, limits_->jerk});
+  profile_ = std::move(profile);
+  profile_ns_ = now_ns;
   mode_ = Mode::kTarget;
   undisturbed_ = false;
 }
@@ -109,8 +109,8 @@ void TargetSource::go(int64_t now_ns, const rt::EffectorVector& goal, double spe
 void TargetSource::hold(int64_t now_ns) {
   if (mode_ == Mode::kNone) return;
   if (limits_) {
-    way_ = coming_to_rest(now_ns);
-    way_ns_ = now_ns;
+    profile_ = coming_to_rest(now_ns);
+    profile_ns_ = now_ns;
     mode_ = Mode::kHold;
     undisturbed_ = false;
     return;
@@ -128,7 +128,7 @@ TargetSource::PathClock TargetSource::path_clock(int64_t now_ns) const {
   double since_s = 1e-9 * static_cast<double>(now_ns - clock_ns_);
   int64_t path_ns = path_ns_;
   if (clock_) {
-    const SmoothWay::State clock = clock_->at(since_s);
+    const MotionProfile::State clock = clock_->at(since_s);
     path_ns += std::llround(1e9 * clock.position[0]);
     since_s -= clock_->duration_s();
     if (since_s < 0) return {path_ns, clock.velocity[0], clock.acceleration[0]};
@@ -166,8 +166,8 @@ void TargetSource::set_path_clock(int64_t now_ns, double rate) {
   if (limits_) {
     const auto scalar = [](double value) { return rt::EffectorVector::Constant(1, value); };
     const double speed = limits_->speed;
-    clock_ = SmoothWay({scalar(0), scalar(clock.rate), scalar(clock.change)}, scalar(rate), scalar(1),
-                       {1, limits_->acceleration / speed, limits_->jerk / speed});
+    clock_ = MotionProfile({scalar(0), scalar(clock.rate), scalar(clock.change)}, scalar(rate), scalar(1),
+                           {1, limits_->acceleration / speed, limits_->jerk / speed});
   }
   if (std::exchange(clock_rate_, rate) != rate) undisturbed_ = false;
 }
@@ -175,9 +175,9 @@ void TargetSource::set_path_clock(int64_t now_ns, double rate) {
 void TargetSource::follow_path(int64_t now_ns) {
   rt::RunStart start{now_ns, wanted(now_ns)};
   if (limits_) {
-    way_ = coming_to_rest(now_ns);
-    way_ns_ = now_ns;
-    start = {now_ns + std::llround(1e9 * way_->duration_s()), way_->end()};
+    profile_ = coming_to_rest(now_ns);
+    profile_ns_ = now_ns;
+    start = {now_ns + std::llround(1e9 * profile_->duration_s()), profile_->end()};
   }
   path_.emplace(config_, rest_, start);
   clock_.reset();

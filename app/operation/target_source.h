@@ -5,7 +5,7 @@
 
 #include "app/config/config.h"
 #include "app/robot/motion.h"
-#include "app/robot/smooth_way.h"
+#include "app/robot/motion_profile.h"
 #include "rt/channels.h"
 #include "rt/target.h"
 
@@ -82,7 +82,7 @@ class TargetSource {
   rt::Target path_target(int64_t now_ns) const;
   void set_path_clock(int64_t now_ns, double rate);
   /// From the motion at an instant to rest.
-  SmoothWay coming_to_rest(int64_t now_ns) const;
+  MotionProfile coming_to_rest(int64_t now_ns) const;
   double distance(const rt::EffectorVector& a, const rt::EffectorVector& b) const;
 
   const Config& config_;
@@ -97,11 +97,11 @@ class TargetSource {
   double path_rate_ = 1;                // asked for
   double clock_rate_ = 1;               // of path time: path_rate_, or 0
   int64_t clock_ns_ = 0, path_ns_ = 0;  // path time at an instant
-  std::optional<SmoothWay> clock_;      // within limits: path time since then, s, while its rate changes
+  std::optional<MotionProfile> clock_;  // within limits: path time since then, s, while its rate changes
 
-  rt::Target to_goal_, beyond_;   // in modes kTarget and kHold, but
-  std::optional<SmoothWay> way_;  // within limits, from way_ns_ on
-  int64_t way_ns_ = 0;
+  rt::Target to_goal_, beyond_;           // in modes kTarget and kHold, but
+  std::optional<MotionProfile> profile_;  // within limits, from profile_ns_ on
+  int64_t profile_ns_ = 0;
 };
 
 /// "none", "path", "paused", "target", "hold".

@@ -163,6 +163,7 @@ Config with_drives_only(Config config) {
 
 PlantBody::PlantBody(const Config& config, const PlantDisplacements& start)
     : robot_(build_plant(config)),
+      readings_(readings(config)),
       dynamics_(robot_->model, robot_->constraints,
                 fem::Damping{config.plant->damping_mass, config.plant->damping_stiffness}),
       time_step_ns_(std::llround(1e9 * config.plant->time_step)) {
@@ -175,18 +176,14 @@ PlantBody::PlantBody(const Config& config, const PlantDisplacements& start)
                     "is it too soft for its weight?",
                     config.file.string()));
   dynamics_.reset(rest.x());
-  for (const SensorConfig& sensor : config.sensors)
-    measures_.insert(measures_.end(), sensor.measures.begin(), sensor.measures.end());
 }
 
 PlantMeasurement PlantBody::measurement(int64_t now_ns) const {
   PlantMeasurement measurement{.tip = tip(), .stamp_ns = now_ns};
-  for (size_t k = 0; k < measures_.size(); ++k) {
-    const MeasuredConfig& measured = measures_[k];
-    measurement.measured[k] = measured.effector >= 0
-                                  ? robot_->position(dynamics_.x(), measured.effector)[measured.axis]
-                                  : dynamics_.efforts()[measured.actuator];
-  }
+  for (const auto& [sensor, signal, measures] : readings_)
+    measurement.measured[signal] = measures.effector >= 0
+                                       ? robot_->position(dynamics_.x(), measures.effector)[measures.axis]
+                                       : dynamics_.efforts()[measures.actuator];
   return measurement;
 }
 

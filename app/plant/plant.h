@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/config/plant_fault.h"
+#include "app/config/readings.h"
 #include "app/plant/plant_line.h"
 #include "app/robot/robot.h"
 #include "fem/body/dynamics.h"
@@ -109,7 +110,7 @@ class PlantBody {
   Eigen::VectorXd vector(const PlantDisplacements& displacements) const;
 
   std::unique_ptr<Robot> robot_;
-  std::vector<MeasuredConfig> measures_;  // of all sensors, one after the other
+  std::vector<Reading> readings_;
   fem::Dynamics dynamics_;
   int64_t time_step_ns_;
 };

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <functional>
-
 namespace tendril::app {
 
 /// Exit codes of every program.
@@ -11,9 +9,5 @@ enum ExitCode {
   kUsage = 2,        ///< wrong arguments or configuration
   kEnvironment = 3,  ///< rights or bus are missing
 };
-
-/// Runs the body of a main and turns what it throws into one line of log and an exit code: kUsage for a
-/// ConfigError, kEnvironment for anything else.
-int exit_code_of(const std::function<int()>& body);
 
 }  // namespace tendril::app

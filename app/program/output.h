@@ -5,7 +5,7 @@
 namespace tendril::app {
 
 /// Opens each of the standard descriptors that is closed on /dev/null, or the next file or socket that is
-/// opened gets its number, and what is printed goes there. To be called first in main.
+/// opened gets its number, and what is printed goes there. To be called before any is opened.
 void open_standard_descriptors();
 
 /// Whether a descriptor takes a line now: a write of up to 4096 bytes does not wait for a reader who has

@@ -56,7 +56,7 @@ void take_signals_as_usual(posix_spawnattr_t& attributes) {
   posix_spawnattr_setsigdefault(&attributes, &usual);
 }
 
-EndsWhileStarting::EndsWhileStarting()
+ExitOnStopSignal::ExitOnStopSignal()
     : thread_([this] {
         while (!quit_) {
           if (stop_signalled()) {
@@ -67,7 +67,7 @@ EndsWhileStarting::EndsWhileStarting()
         }
       }) {}
 
-EndsWhileStarting::~EndsWhileStarting() {
+ExitOnStopSignal::~ExitOnStopSignal() {
   quit_ = true;
   thread_.join();
 }

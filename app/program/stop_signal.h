@@ -12,7 +12,7 @@ namespace tendril::app {
 ///
 /// The signals are blocked, in this thread and in all that it starts, and stop_signalled() takes them. No
 /// handler runs, so a library that sets one of its own takes none away: METIS, within CHOLMOD's ordering,
-/// does for SIGTERM. To be called once in main, before any thread is started.
+/// does for SIGTERM. To be called once, before any thread is started.
 void watch_stop_signals();
 
 /// Whether one of them has come. For any thread. Real-time: no (a system call).
@@ -28,12 +28,12 @@ void take_signals_as_usual(posix_spawnattr_t& attributes);
 /// As long as it lives, a stop signal ends the process at once, with exit code 0: for the time in which the
 /// robot has not been touched, and building the model may take longer than whoever sends the signal would
 /// wait.
-class EndsWhileStarting {
+class ExitOnStopSignal {
  public:
-  EndsWhileStarting();
-  ~EndsWhileStarting();
-  EndsWhileStarting(const EndsWhileStarting&) = delete;
-  EndsWhileStarting& operator=(const EndsWhileStarting&) = delete;
+  ExitOnStopSignal();
+  ~ExitOnStopSignal();
+  ExitOnStopSignal(const ExitOnStopSignal&) = delete;
+  ExitOnStopSignal& operator=(const ExitOnStopSignal&) = delete;
 
  private:
   std::atomic<bool> quit_{false};

@@ -54,16 +54,16 @@ double CurvePath::greatest(int order) const {
   return kBetween * result;
 }
 
-SmoothWay::State CurvePath::at(double t_s) const {
+MotionProfile::State CurvePath::at(double t_s) const {
   const double evenly_s = t_s - angle_.duration_s();
-  SmoothWay::State turned = angle_.at(t_s);
+  MotionProfile::State turned = angle_.at(t_s);
   if (evenly_s >= 0 && angle_.end()[0] < end_) {
     turned.position[0] += rate_ * evenly_s;
     turned.velocity[0] = rate_;
     if (turned.position[0] >= end_) turned.position[0] = end_, turned.velocity[0] = 0;
   }
   const double rate = turned.velocity[0], phi = std::fmod(turned.position[0], kTurn);
-  SmoothWay::State state;
+  MotionProfile::State state;
   state.position = derivative(0, phi);
   state.velocity = rate * derivative(1, phi);
   state.acceleration = rate * rate * derivative(2, phi) + turned.acceleration[0] * derivative(1, phi);

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "app/config/config.h"
-#include "app/robot/smooth_way.h"
+#include "app/robot/motion_profile.h"
 
 namespace tendril::app {
 
@@ -21,16 +21,16 @@ class CurvePath {
 
   /// Position, velocity and acceleration in space, 3, from the centre of the curve. The label is the
   /// waypoint, of those of MotionConfig, that comes next.
-  SmoothWay::State at(double t_s) const;
+  MotionProfile::State at(double t_s) const;
 
  private:
   Eigen::Vector3d derivative(int order, double angle) const;
   double greatest(int order) const;
 
   CurveConfig curve_;
-  double end_;       // φ where it ends, rad; may be infinite
-  double rate_;      // φ̇ of even turning, rad/s
-  SmoothWay angle_;  // φ while its rate changes; all of it where it ends at rest
+  double end_;           // φ where it ends, rad; may be infinite
+  double rate_;          // φ̇ of even turning, rad/s
+  MotionProfile angle_;  // φ while its rate changes; all of it where it ends at rest
 };
 
 }  // namespace tendril::app

@@ -52,7 +52,7 @@ StaticSolution solve_inverse_statics(const Robot& robot, const Config& config,
   return result;
 }
 
-rt::EffectorVector rest_of_effectors(const Robot& robot) {
+rt::EffectorVector effectors_at_rest(const Robot& robot) {
   fem::Equilibrium body(robot.model,
                         robot.constraints);  // stays in the shape of the mesh if it cannot settle
   (void)body.settle_at_displacements(Eigen::VectorXd::Zero(robot.constraints.actuators()),

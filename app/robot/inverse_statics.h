@@ -31,6 +31,6 @@ StaticSolution solve_inverse_statics(const Robot& robot, const Config& config,
 /// Where the effectors are when the body rests with all actuators at displacement zero, e, m or m³; where it
 /// finds no rest there, as its loads bend it too far, where they are in the shape of the mesh.
 /// Real-time: no.
-rt::EffectorVector rest_of_effectors(const Robot& robot);
+rt::EffectorVector effectors_at_rest(const Robot& robot);
 
 }  // namespace tendril::app

@@ -35,7 +35,7 @@ std::optional<MotionLimits> motion_limits(const Config& config) {
                       motion.jerk.value_or(*motion.acceleration / kRiseTime_s)};
 }
 
-rt::Target target_of(const SmoothWay::State& state, int64_t now_ns) {
+rt::Target target_of(const MotionProfile::State& state, int64_t now_ns) {
   rt::Target target;
   target.position = state.position;
   target.velocity = state.velocity;
@@ -100,8 +100,8 @@ void Motion::go_round(const Config& config, const rt::EffectorVector& rest, cons
   const CurvePath curve(*config.motion->curve, config.motion->turns, speed_, limits);
   const auto at = [curve, rows = effector_rows(config), moving = config.motion->effector,
                    centre = goal_at(config, Eigen::Vector3d::Zero(), rest)](double t_s) {
-    const SmoothWay::State in_space = curve.at(t_s);
-    SmoothWay::State state = in_space;
+    const MotionProfile::State in_space = curve.at(t_s);
+    MotionProfile::State state = in_space;
     state.position = centre;
     state.velocity = state.acceleration = 0 * centre;
     for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -115,13 +115,14 @@ void Motion::go_round(const Config& config, const rt::EffectorVector& rest, cons
   };
   const rt::EffectorVector to = at(0).position;
   const double way = (to - from).cwiseProduct(positions_).norm();
-  smooth_ = Smooth{limits ? rest_to_rest(from, to, way, *limits) : evenly(from, to, way, speed_), at};
+  smooth_ =
+      Smooth{limits ? rest_to_rest(from, to, way, *limits) : at_constant_speed(from, to, way, speed_), at};
   count_ = config.motion->waypoints.size();
   path_start_ns_ = start_ns_ + std::llround(1e9 * smooth_->approach.duration_s());
   round_ns_ = std::llround(1e9 * curve.round_s());
 }
 
-SmoothWay::State Motion::smooth_state(int64_t now_ns) const {
+MotionProfile::State Motion::smooth_state(int64_t now_ns) const {
   if (now_ns < path_start_ns_) return smooth_->approach.at(1e-9 * static_cast<double>(now_ns - start_ns_));
   return smooth_->path(1e-9 * static_cast<double>(now_ns - path_start_ns_));
 }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/config/config.h"
-#include "app/robot/smooth_way.h"
+#include "app/robot/motion_profile.h"
 #include "rt/channels.h"
 #include "rt/target.h"
 
@@ -29,9 +29,9 @@ struct PathPart {
 /// speed.
 std::optional<MotionLimits> motion_limits(const Config& config);
 
-/// The target that a state of a way stands for at an instant. It runs on with constant acceleration, but no
-/// longer than that is near the way.
-rt::Target target_of(const SmoothWay::State& state, int64_t now_ns);
+/// The target that a state of a motion profile stands for at an instant. It runs on with constant
+/// acceleration, but no longer than that is near the profile.
+rt::Target target_of(const MotionProfile::State& state, int64_t now_ns);
 
 /// The path of the effectors in time: a straight approach from where they are to the first waypoint, then
 /// from waypoint to waypoint; a closed path goes round for ever, an open one ends at its last waypoint. The
@@ -65,8 +65,8 @@ class Motion {
 
   /// A path within limits, by seconds since its beginning.
   struct Smooth {
-    SmoothWay approach;
-    std::function<SmoothWay::State(double)> path;
+    MotionProfile approach;
+    std::function<MotionProfile::State(double)> path;
   };
 
   struct Place {
@@ -78,7 +78,7 @@ class Motion {
   void go_within(const MotionLimits& limits, double corners, const rt::EffectorVector& from,
                  const std::vector<rt::EffectorVector>& waypoints);
   void go_round(const Config& config, const rt::EffectorVector& rest, const rt::EffectorVector& from);
-  SmoothWay::State smooth_state(int64_t now_ns) const;
+  MotionProfile::State smooth_state(int64_t now_ns) const;
   Leg leg(const rt::EffectorVector& from, const rt::EffectorVector& to) const;
   Place place(int64_t now_ns) const;
 

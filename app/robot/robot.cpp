@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "app/config/readings.h"
 #include "app/robot/body.h"
 #include "app/robot/place.h"
 
@@ -144,21 +145,24 @@ std::vector<EffectorRow> effector_rows(const Config& config) {
   return rows;
 }
 
+std::vector<int> tip_axes(const Config& config) {
+  std::vector<int> axes;
+  for (const EffectorRow& row : effector_rows(config))
+    if (row.effector == 0) axes.push_back(row.axis);
+  return axes;
+}
+
 std::vector<rt::MeasuredCoordinate> measured_coordinates(const Config& config) {
   std::vector<rt::MeasuredCoordinate> result;
   if (!config.control.feedback) return result;
   const auto rows = effector_rows(config);
-  int signal = 0;
-  for (std::size_t s = 0; s < config.sensors.size(); ++s)
-    for (const MeasuredConfig& measured : config.sensors[s].measures) {
-      const auto row = std::find_if(rows.begin(), rows.end(), [&](const EffectorRow& r) {
-        return measured.actuator < 0 && static_cast<int>(r.effector) == measured.effector &&
-               r.axis == measured.axis;
-      });
-      if (row != rows.end())
-        result.push_back({static_cast<int>(row - rows.begin()), static_cast<int>(s), signal});
-      ++signal;
-    }
+  for (const Reading& reading : readings(config)) {
+    const auto row = std::ranges::find_if(rows, [&measures = reading.measures](const EffectorRow& r) {
+      return r.effector == measures.effector && r.axis == measures.axis;
+    });
+    if (row != rows.end())
+      result.push_back({static_cast<int>(row - rows.begin()), reading.sensor, reading.signal});
+  }
   return result;
 }
 

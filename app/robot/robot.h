@@ -59,6 +59,9 @@ struct EffectorRow {
 };
 std::vector<EffectorRow> effector_rows(const Config& config);
 
+/// Axes of the first effector's controlled coordinates, in the order of their rows: 0 x, 1 y, 2 z.
+std::vector<int> tip_axes(const Config& config);
+
 /// Controlled coordinates that a sensor measures, in metres, where the robot file asks for feedback.
 /// Real-time: no.
 std::vector<rt::MeasuredCoordinate> measured_coordinates(const Config& config);

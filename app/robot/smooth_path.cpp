@@ -98,7 +98,7 @@ class Corners {
     Vertex& vertex = vertices_[higher % count()];
     const double old = vertex.speed;
     vertex.speed = largest(lower_speed, old, [&](double speed) {
-      return run_up(lower_speed, speed, limits_) + reach(vertex, speed) <= room;
+      return ramp_distance(lower_speed, speed, limits_) + reach(vertex, speed) <= room;
     });
     return vertex.speed < old;
   }
@@ -122,18 +122,19 @@ class Corners {
 SmoothPath path_with(const std::vector<rt::EffectorVector>& waypoints, bool closed, double tolerance,
                      const MotionLimits& limits) {
   const Corners corners(waypoints, closed, tolerance, limits);
-  SmoothPath path{SmoothWay(waypoints.front()), std::nullopt};
+  SmoothPath path{MotionProfile(waypoints.front()), std::nullopt};
   if (corners.count() < 2) return path;
 
-  const auto leg = [&](SmoothWay& way, std::size_t k, double from, double v0) {
+  const auto leg = [&](MotionProfile& profile, std::size_t k, double from, double v0) {
     const double v1 = corners.next(k).speed;
-    way.set_label(corners.next(k).label);
-    way.straight(corners.at(k).direction, corners.at(k).length - from - corners.reach(k + 1), v0, v1, limits);
+    profile.set_label(corners.next(k).label);
+    profile.straight(corners.at(k).direction, corners.at(k).length - from - corners.reach(k + 1), v0, v1,
+                     limits);
   };
-  const auto turn = [&](SmoothWay& way, std::size_t k) {
+  const auto turn = [&](MotionProfile& profile, std::size_t k) {
     const Vertex& vertex = corners.at(k);
-    way.ramp(vertex.speed * vertex.direction, vertex.speed * vertex.turn, limits);
-    way.end_at(vertex.position + corners.reach(k) * vertex.direction);
+    profile.ramp(vertex.speed * vertex.direction, vertex.speed * vertex.turn, limits);
+    profile.end_at(vertex.position + corners.reach(k) * vertex.direction);
   };
 
   leg(path.begin, 0, 0, 0);

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "app/robot/smooth_way.h"
+#include "app/robot/motion_profile.h"
 
 namespace tendril::app {
 
@@ -11,8 +11,8 @@ namespace tendril::app {
 /// one; an open path ends at rest at the last one. Labels are the waypoints that its pieces lead to, as
 /// indices.
 struct SmoothPath {
-  SmoothWay begin;  ///< all of an open path; of a closed one what comes before it repeats itself
-  std::optional<SmoothWay> round;  ///< of a closed path: once round, from the end of `begin` on
+  MotionProfile begin;  ///< all of an open path; of a closed one what comes before it repeats itself
+  std::optional<MotionProfile> round;  ///< of a closed path: once round, from the end of `begin` on
 };
 
 /// Straight from waypoint to waypoint; each corner is cut by a curve as fast as limits and corner tolerance

@@ -91,14 +91,6 @@ class Run {
     return settings;
   }
 
-  /// Controlled coordinates of the first effector, whose true position the simulated body knows.
-  static std::vector<int> tip_axes(const Config& config) {
-    std::vector<int> axes;
-    for (const EffectorRow& row : effector_rows(config))
-      if (row.effector == 0) axes.push_back(row.axis);
-    return axes;
-  }
-
   void add_error(const PlantMeasurement& seen) {
     if (std::exchange(seen_ns_, seen.stamp_ns) == seen.stamp_ns) return;  // the last one stays
     if (!rig_.motion() || seen.stamp_ns < rig_.motion()->path_start_ns() ||
@@ -116,7 +108,7 @@ class Run {
 
   const Config& config_;
   VirtualRig rig_;
-  std::vector<int> axes_;
+  std::vector<int> axes_;  // of the tip, whose true position the simulated body knows
   std::optional<RunRecorder> recorder_;
   rt::Phase phase_ = rt::Phase::kConnecting;
   rt::LoopCounts counts_;

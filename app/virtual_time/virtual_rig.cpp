@@ -43,7 +43,7 @@ VirtualRig::VirtualRig(const Config& config, const VirtualSettings& settings)
       body_(config, settings.start),
       drives_(config, settings.start),
       control_grid_(config.control.rate_hz, kVirtualStart_ns),
-      rest_(rest_of_effectors(*robot_)),
+      rest_(effectors_at_rest(*robot_)),
       jitter_(settings.jitter_seed) {
   measurements_.push_back(body_.measurement(kVirtualStart_ns));
   events_ = {{&VirtualRig::move_body, body_.time_step_ns(), kVirtualStart_ns + body_.time_step_ns()},

@@ -4,6 +4,7 @@
 
 #include "app/config/load_config.h"
 #include "app/config/master_config.h"
+#include "app/config/readings.h"
 #include "app/robot/robot.h"
 #include "hal/drive/drive_protocol.h"
 #include "tests/app/config/mistake.h"
@@ -52,6 +53,19 @@ TEST_CASE("The bus is told of the sensors as the file describes them, in SI", "[
   CHECK(sensors[1].timeout_ns == 100'000'000);
   CHECK(sensors[1].signals[1].scale == Approx(0.01));
   CHECK(sensors[1].signals[1].offset == -5);
+}
+
+TEST_CASE("A reading stands where the bus puts its signal: those of the sensors before it count", "[unit]") {
+  const Config config = load_config(RobotFile(sensing()).path());
+  const auto all = readings(config);
+  REQUIRE(all.size() == 4);
+  for (int k = 0; k < 4; ++k) CHECK(all[k].signal == k);
+  CHECK(all[0].sensor == 0);
+  CHECK(all[1].sensor == 0);
+  CHECK(all[1].measures == MeasuredConfig{.effector = 0, .axis = 2});
+  CHECK(all[2].sensor == 1);
+  CHECK(all[2].measures == MeasuredConfig{.actuator = 0});
+  CHECK(all[3].sensor == 1);
 }
 
 TEST_CASE("Each mistake in a sensor is told with its place and what is expected", "[unit]") {

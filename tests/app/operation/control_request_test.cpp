@@ -97,13 +97,19 @@ TEST_CASE("A number that JSON can write and a double cannot hold is refused", "[
   CHECK(code_of(R"({"command": "target", "position": {"tip.x": NaN}})") == "bad_json");
 }
 
-TEST_CASE("Only commands that can move the robot need the control", "[unit]") {
+TEST_CASE("Only commands that can move the robot need the control, and those about targets a run", "[unit]") {
   for (const Command command : {Command::kStatus, Command::kSubscribe, Command::kGeometry, Command::kSurface,
                                 Command::kAcquire, Command::kRelease, Command::kDisable, Command::kStop})
-    CHECK_FALSE(needs_control(command));
-  for (const Command command : {Command::kTarget, Command::kPlay, Command::kPause, Command::kResume,
-                                Command::kHold, Command::kSet, Command::kEnable, Command::kReset})
-    CHECK(needs_control(command));
+    CHECK_FALSE(demands_of(command).control);
+  for (const Command command :
+       {Command::kTarget, Command::kPlay, Command::kPause, Command::kResume, Command::kHold, Command::kSet}) {
+    CHECK(demands_of(command).control);
+    CHECK(demands_of(command).running);
+  }
+  for (const Command command : {Command::kEnable, Command::kReset}) {
+    CHECK(demands_of(command).control);
+    CHECK_FALSE(demands_of(command).running);
+  }
 }
 
 TEST_CASE("Any line is read, or refused with a code", "[law]") {

@@ -225,7 +225,7 @@ TEST_CASE("A refusal has the id of its request, where the line has one", "[unit]
 
 TEST_CASE("A client that takes the control and gives it back again and again gets a line of log a second",
           "[unit]") {
-  PacedLog log;
+  RateLimitedLog log;
   constexpr int64_t kSecond_ns = 1'000'000'000, kStart_ns = 5 * kSecond_ns;
   CHECK(log.due(kStart_ns).empty());
   log.say("control acquired by anna");

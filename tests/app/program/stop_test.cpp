@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "tests/app/daemon/bus_listener.h"
+#include "tests/app/program/finger.h"
 #include "tests/app/program/programs.h"
 
 // A stop that always stops: whenever it comes, whoever reads, whatever sleeps.
@@ -18,7 +19,6 @@
 namespace tendril::app::stop_test {
 
 constexpr hal::ObjectAddress kStatusword{0x6041, 0};
-const std::vector<int> kNodes{1, 2};
 
 bool is_off(BusListener& listener, int node) {
   const auto word = listener.read(node, kStatusword);

@@ -39,7 +39,7 @@ TEST_CASE("A curve keeps to its limits of speed, acceleration and jerk and does 
   const double h = 2.5 * path.round_s() / kLooks;
   double speed = 0, acceleration = 0, jerk = 0, jump = 0, bend = 0;
   for (int k = 0; k < kLooks; ++k) {
-    const SmoothWay::State state = path.at(k * h), next = path.at((k + 1) * h);
+    const MotionProfile::State state = path.at(k * h), next = path.at((k + 1) * h);
     speed = std::max(speed, state.velocity.norm());
     acceleration = std::max(acceleration, state.acceleration.norm());
     jerk = std::max(jerk, (next.acceleration - state.acceleration).norm() / h);

@@ -17,7 +17,7 @@ TEST_CASE("The diamond's tip comes to a waypoint within a micrometre, and stays 
   Config config = load_config(std::string(TENDRIL_SOURCE_DIR) + "/config/diamond.yaml");
   REQUIRE(config.control.epsilon == 0);
   const auto robot = build_model(config);
-  const rt::EffectorVector at_rest = rest_of_effectors(*robot);
+  const rt::EffectorVector at_rest = effectors_at_rest(*robot);
   for (const Eigen::Vector3d& waypoint : config.motion->waypoints) {
     const rt::EffectorVector goal = goal_at(config, waypoint, at_rest);
     const auto miss = [&](double epsilon) {

@@ -108,7 +108,7 @@ TEST_CASE("The heavier the weight of the volume, the less of it is given up for 
                        {"-3 3 N", "-0.1 0.1 N"},
                        {"control:", "control:\n  epsilon: 1e-6"}});
     const auto robot = build_model(block.config);
-    rt::EffectorVector goal = rest_of_effectors(*robot);
+    rt::EffectorVector goal = effectors_at_rest(*robot);
     goal.head<3>() += Eigen::Vector3d(0, 0, 0.0004);
     const StaticSolution result = solve_inverse_statics(*robot, block.config, goal);
     REQUIRE(result.converged);

@@ -1,4 +1,4 @@
-#include "app/robot/smooth_way.h"
+#include "app/robot/motion_profile.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "app/robot/smooth_path.h"
 
-namespace tendril::app::smooth_way_test {
+namespace tendril::app::motion_profile_test {
 
 using rt::EffectorVector;
 
@@ -46,27 +46,27 @@ class Draw {
   std::mt19937 engine_;
 };
 
-/// The greatest speed, acceleration and jerk of a way as shares of their limits, and its greatest jumps.
+/// The greatest speed, acceleration and jerk of a profile as shares of their limits, and its greatest jumps.
 struct Extremes {
   double speed = 0, acceleration = 0, jerk = 0;
   double position_jump = 0, velocity_jump = 0, acceleration_jump = 0;
 };
 
 /// Looks at each piece: the jerk is constant there, so that its bounds are those at its ends and inside.
-Extremes extremes(const SmoothWay& way, const MotionLimits& limits) {
+Extremes extremes(const MotionProfile& profile, const MotionLimits& limits) {
   constexpr int kLooks = 8;
   Extremes result;
-  for (double t = 0; t < way.duration_s();) {
-    const SmoothWay::State begin = way.at(t);
+  for (double t = 0; t < profile.duration_s();) {
+    const MotionProfile::State begin = profile.at(t);
     const double length = begin.left_s;
-    if (length <= 1e-12 * way.duration_s()) break;  // rounding leaves nothing of the last piece
-    const auto inside = [&](double share) { return way.at(t + share * (1 - 1e-12) * length); };
+    if (length <= 1e-12 * profile.duration_s()) break;  // rounding leaves nothing of the last piece
+    const auto inside = [&](double share) { return profile.at(t + share * (1 - 1e-12) * length); };
     for (int k = 0; k <= kLooks; ++k) {
-      const SmoothWay::State state = inside(1.0 * k / kLooks);
+      const MotionProfile::State state = inside(1.0 * k / kLooks);
       result.speed = std::max(result.speed, state.velocity.norm() / limits.speed);
       result.acceleration = std::max(result.acceleration, state.acceleration.norm() / limits.acceleration);
     }
-    const SmoothWay::State end = inside(1), next = way.at(t + (1 + 1e-12) * length);
+    const MotionProfile::State end = inside(1), next = profile.at(t + (1 + 1e-12) * length);
     result.jerk =
         std::max(result.jerk, (end.acceleration - begin.acceleration).norm() / length / limits.jerk);
     result.position_jump = std::max(result.position_jump, (next.position - end.position).norm());
@@ -78,8 +78,8 @@ Extremes extremes(const SmoothWay& way, const MotionLimits& limits) {
   return result;
 }
 
-void check_bounds(const SmoothWay& way, const MotionLimits& limits) {
-  const Extremes found = extremes(way, limits);
+void check_bounds(const MotionProfile& profile, const MotionLimits& limits) {
+  const Extremes found = extremes(profile, limits);
   CHECK(found.speed < 1 + kRounding);
   CHECK(found.acceleration < 1 + kRounding);
   CHECK(found.jerk < 1 + 1e-6);
@@ -88,19 +88,19 @@ void check_bounds(const SmoothWay& way, const MotionLimits& limits) {
   CHECK(found.acceleration_jump < 1e-6 * (1 + limits.jerk));
 }
 
-int pieces(const SmoothWay& way) {
+int pieces(const MotionProfile& profile) {
   int count = 0;
-  for (double t = 0; t < way.duration_s() * (1 - 1e-9); ++count) t += way.at(t).left_s * (1 + 1e-12);
+  for (double t = 0; t < profile.duration_s() * (1 - 1e-9); ++count) t += profile.at(t).left_s * (1 + 1e-12);
   return count;
 }
 
 TEST_CASE("A long way from rest to rest has seven pieces and the least time that its limits allow", "[law]") {
   const MotionLimits limits{2, 4, 16};
-  const SmoothWay way = rest_to_rest(point(0, 0, 0), point(0, 0, 10), 10, limits);
+  const MotionProfile profile = rest_to_rest(point(0, 0, 0), point(0, 0, 10), 10, limits);
   // Speed 2 is reached in 2/4 + 4/16 s, half of it on the way, twice: 10/2 + 3/4 s in all.
-  CHECK(way.duration_s() == Approx(5.75));
-  CHECK(pieces(way) == 7);
-  check_bounds(way, limits);
+  CHECK(profile.duration_s() == Approx(5.75));
+  CHECK(pieces(profile) == 7);
+  check_bounds(profile, limits);
 }
 
 TEST_CASE("A short way never stops changing its acceleration, and a middle one does not reach the top speed",
@@ -119,17 +119,17 @@ TEST_CASE("No way from rest to rest that keeps to the limits is shorter in time"
   Draw draw(seed);
   const MotionLimits limits = draw.limits();
   const double distance = draw.size(1e-4, 10);
-  const SmoothWay way = rest_to_rest(point(0, 0, 0), point(distance, 0, 0), distance, limits);
+  const MotionProfile profile = rest_to_rest(point(0, 0, 0), point(distance, 0, 0), distance, limits);
   // The fastest way rises with all its might, holds one top speed, and falls: search that speed.
   double best = INFINITY;
   for (int k = 1; k <= 20'000; ++k) {
     const double top = limits.speed * k / 20'000, ramp = ramp_time(top, limits);
     if (top * ramp <= distance) best = std::min(best, 2 * ramp + (distance - top * ramp) / top);
   }
-  CHECK(way.duration_s() <= best * (1 + 1e-9));
-  CHECK(pieces(way) <= 7);
-  check_bounds(way, limits);
-  CHECK(way.at(way.duration_s()).position == point(distance, 0, 0));
+  CHECK(profile.duration_s() <= best * (1 + 1e-9));
+  CHECK(pieces(profile) <= 7);
+  check_bounds(profile, limits);
+  CHECK(profile.at(profile.duration_s()).position == point(distance, 0, 0));
 }
 
 TEST_CASE("A target in motion comes to rest within the limits, wherever it is on its way", "[law]") {
@@ -139,9 +139,9 @@ TEST_CASE("A target in motion comes to rest within the limits, wherever it is on
   const MotionLimits limits = draw.limits();
   const auto waypoints = draw.waypoints();
   const SmoothPath path = smooth_path(waypoints, false, draw.size(1e-5, 1e-2), limits);
-  const SmoothWay::State motion = path.begin.at(draw.share() * path.begin.duration_s());
+  const MotionProfile::State motion = path.begin.at(draw.share() * path.begin.duration_s());
   const EffectorVector none = point(0, 0, 0);
-  const SmoothWay stop(motion, none, point(1, 1, 1), limits);
+  const MotionProfile stop(motion, none, point(1, 1, 1), limits);
   check_bounds(stop, limits);
   CHECK((stop.at(0).position - motion.position).norm() < kRounding);
   CHECK((stop.at(0).velocity - motion.velocity).norm() < kRounding);
@@ -165,11 +165,11 @@ TEST_CASE("A path keeps to its limits everywhere, to its corner tolerance, and e
   CAPTURE(seed, limits.speed, limits.acceleration, limits.jerk, waypoints.size(), closed, corners);
   const SmoothPath path = smooth_path(waypoints, closed, corners, limits);
   const std::size_t legs = waypoints.size() - (closed ? 0 : 1);
-  for (const SmoothWay* way : {&path.begin, path.round ? &*path.round : nullptr}) {
-    if (!way) continue;
-    check_bounds(*way, limits);
+  for (const MotionProfile* profile : {&path.begin, path.round ? &*path.round : nullptr}) {
+    if (!profile) continue;
+    check_bounds(*profile, limits);
     for (int k = 0; k <= 500; ++k) {
-      const EffectorVector p = way->at(way->duration_s() * k / 500).position;
+      const EffectorVector p = profile->at(profile->duration_s() * k / 500).position;
       double nearest = (p - waypoints[0]).norm();
       for (std::size_t leg = 0; leg < legs; ++leg)
         nearest =
@@ -183,8 +183,8 @@ TEST_CASE("A path keeps to its limits everywhere, to its corner tolerance, and e
     CHECK(path.begin.at(path.begin.duration_s()).position == waypoints.back());
     CHECK(path.begin.at(path.begin.duration_s()).velocity.norm() == 0);
   } else {
-    const SmoothWay::State end = path.begin.at(path.begin.duration_s()), round = path.round->at(0),
-                           again = path.round->at(path.round->duration_s() * (1 - 1e-12));
+    const MotionProfile::State end = path.begin.at(path.begin.duration_s()), round = path.round->at(0),
+                               again = path.round->at(path.round->duration_s() * (1 - 1e-12));
     CHECK((end.position - round.position).norm() < kRounding);
     CHECK((end.velocity - round.velocity).norm() < kRounding);
     CHECK((again.position - round.position).norm() < kRounding);
@@ -202,14 +202,15 @@ TEST_CASE(
   const auto waypoints = draw.waypoints();
   const double stopping_s = smooth_path(waypoints, false, 0, limits).begin.duration_s();
   for (const double corners : {0.0, 1e-4, 1e-3, 1e-2}) {
-    const SmoothWay way = smooth_path(waypoints, false, corners, limits).begin;
-    CHECK(way.duration_s() <= stopping_s);
+    const MotionProfile profile = smooth_path(waypoints, false, corners, limits).begin;
+    CHECK(profile.duration_s() <= stopping_s);
     constexpr int kLooks = 20'000;
     for (const EffectorVector& waypoint : waypoints) {
       double nearest = INFINITY;
       for (int k = 0; k <= kLooks; ++k)
-        nearest = std::min(nearest, (way.at(way.duration_s() * k / kLooks).position - waypoint).norm());
-      CHECK(nearest < corners + limits.speed * way.duration_s() / kLooks + kRounding);
+        nearest =
+            std::min(nearest, (profile.at(profile.duration_s() * k / kLooks).position - waypoint).norm());
+      CHECK(nearest < corners + limits.speed * profile.duration_s() / kLooks + kRounding);
     }
   }
 }
@@ -219,10 +220,10 @@ TEST_CASE("A corner that may be cut is passed at speed, and costs less time the 
   const std::vector<EffectorVector> corner{point(0, 0, 0), point(0.1, 0, 0), point(0.1, 0.1, 0)};
   double before_s = INFINITY;
   for (const double corners : {0.0, 5e-4, 1e-3}) {
-    const SmoothWay way = smooth_path(corner, false, corners, limits).begin;
-    CHECK(way.duration_s() < before_s);
-    before_s = way.duration_s();
-    const double passed = (way.at(before_s / 2).position - corner[1]).norm();
+    const MotionProfile profile = smooth_path(corner, false, corners, limits).begin;
+    CHECK(profile.duration_s() < before_s);
+    before_s = profile.duration_s();
+    const double passed = (profile.at(before_s / 2).position - corner[1]).norm();
     CHECK(passed <= corners + kRounding);
     CHECK(passed > 0.9 * corners - kRounding);
   }
@@ -236,4 +237,4 @@ TEST_CASE("A path that runs straight through a waypoint does not slow down there
   CHECK(bent.begin.at(bent.begin.duration_s() / 2).velocity[0] == Approx(0.1));
 }
 
-}  // namespace tendril::app::smooth_way_test
+}  // namespace tendril::app::motion_profile_test

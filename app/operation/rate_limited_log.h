@@ -8,7 +8,7 @@ namespace tendril::app {
 
 /// Keeps a client that changes something again and again from filling the log: a line a second at most, the
 /// latest, with the count of those that it stands for. Real-time: no (allocates).
-class PacedLog {
+class RateLimitedLog {
  public:
   /// A line that takes the place of one that has not been told yet.
   void say(std::string line) {

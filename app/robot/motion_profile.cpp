@@ -1,4 +1,4 @@
-#include "app/robot/smooth_way.h"
+#include "app/robot/motion_profile.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,19 +11,19 @@ double ramp_time(double step, const MotionLimits& limits) {
   return step * J >= A * A ? step / A + A / J : 2 * std::sqrt(step / J);
 }
 
-double run_up(double v0, double v1, const MotionLimits& limits) {
+double ramp_distance(double v0, double v1, const MotionLimits& limits) {
   return (v0 + v1) / 2 * ramp_time(std::abs(v1 - v0), limits);  // a ramp is symmetric
 }
 
-SmoothWay::SmoothWay(rt::EffectorVector start) {
+MotionProfile::MotionProfile(rt::EffectorVector start) {
   const auto e = start.size();
   here_.position = std::move(start);
   here_.velocity.setZero(e);
   here_.acceleration.setZero(e);
 }
 
-SmoothWay::SmoothWay(const State& motion, const rt::EffectorVector& velocity,
-                     const rt::EffectorVector& positions, const MotionLimits& limits)
+MotionProfile::MotionProfile(const State& motion, const rt::EffectorVector& velocity,
+                             const rt::EffectorVector& positions, const MotionLimits& limits)
     : here_(motion) {
   const double acceleration = motion.acceleration.cwiseProduct(positions).norm();
   if (acceleration > 0)
@@ -34,7 +34,8 @@ SmoothWay::SmoothWay(const State& motion, const rt::EffectorVector& velocity,
   ramp(velocity, (velocity - here_.velocity).cwiseProduct(positions).norm(), limits);
 }
 
-void SmoothWay::add(double seconds, const rt::EffectorVector& acceleration, const rt::EffectorVector& jerk) {
+void MotionProfile::add(double seconds, const rt::EffectorVector& acceleration,
+                        const rt::EffectorVector& jerk) {
   if (seconds <= 0) return;
   const double t = seconds;
   pieces_.push_back({end_s_, here_.position, here_.velocity, acceleration, jerk, label_});
@@ -43,7 +44,7 @@ void SmoothWay::add(double seconds, const rt::EffectorVector& acceleration, cons
   end_s_ += t;
 }
 
-void SmoothWay::ramp(const rt::EffectorVector& velocity, double step, const MotionLimits& limits) {
+void MotionProfile::ramp(const rt::EffectorVector& velocity, double step, const MotionLimits& limits) {
   if (step > 0) {
     const rt::EffectorVector along = (velocity - here_.velocity) / step;
     const double T = ramp_time(step, limits), rise = std::min(limits.acceleration / limits.jerk, T / 2);
@@ -55,14 +56,16 @@ void SmoothWay::ramp(const rt::EffectorVector& velocity, double step, const Moti
   here_.velocity = velocity;
 }
 
-void SmoothWay::cruise(double seconds) {
+void MotionProfile::cruise(double seconds) {
   const rt::EffectorVector none = rt::EffectorVector::Zero(here_.position.size());
   add(seconds, none, none);
 }
 
-void SmoothWay::straight(const rt::EffectorVector& direction, double length, double v0, double v1,
-                         const MotionLimits& limits) {
-  const auto ramps = [&](double top) { return run_up(v0, top, limits) + run_up(top, v1, limits); };
+void MotionProfile::straight(const rt::EffectorVector& direction, double length, double v0, double v1,
+                             const MotionLimits& limits) {
+  const auto ramps = [&](double top) {
+    return ramp_distance(v0, top, limits) + ramp_distance(top, v1, limits);
+  };
   double low = std::max(v0, v1), top = limits.speed;
   if (ramps(top) > length) {
     for (double middle = (low + top) / 2; low < middle && middle < top; middle = (low + top) / 2)
@@ -74,12 +77,12 @@ void SmoothWay::straight(const rt::EffectorVector& direction, double length, dou
   ramp(v1 * direction, top - v1, limits);
 }
 
-void SmoothWay::go_to(const rt::EffectorVector& goal, double distance, const MotionLimits& limits) {
+void MotionProfile::go_to(const rt::EffectorVector& goal, double distance, const MotionLimits& limits) {
   if (distance > 0) straight((goal - here_.position) / distance, distance, 0, 0, limits);
   end_at(goal);
 }
 
-SmoothWay::State SmoothWay::at(double t_s) const {
+MotionProfile::State MotionProfile::at(double t_s) const {
   if (pieces_.empty() || t_s >= end_s_) {
     State end = here_;
     end.label = label_;
@@ -99,24 +102,24 @@ SmoothWay::State SmoothWay::at(double t_s) const {
   return state;
 }
 
-SmoothWay rest_to_rest(const rt::EffectorVector& from, const rt::EffectorVector& to, double distance,
-                       const MotionLimits& limits) {
-  SmoothWay way(from);
-  way.go_to(to, distance, limits);
-  return way;
+MotionProfile rest_to_rest(const rt::EffectorVector& from, const rt::EffectorVector& to, double distance,
+                           const MotionLimits& limits) {
+  MotionProfile profile(from);
+  profile.go_to(to, distance, limits);
+  return profile;
 }
 
-SmoothWay evenly(const rt::EffectorVector& from, const rt::EffectorVector& to, double distance,
-                 double speed) {
+MotionProfile at_constant_speed(const rt::EffectorVector& from, const rt::EffectorVector& to, double distance,
+                                double speed) {
   constexpr MotionLimits kNone{1, 1, 1};  // a change without a size takes no time
-  SmoothWay way(from);
+  MotionProfile profile(from);
   if (distance > 0) {
-    way.ramp(speed / distance * (to - from), 0, kNone);
-    way.cruise(distance / speed);
-    way.ramp(0 * from, 0, kNone);
+    profile.ramp(speed / distance * (to - from), 0, kNone);
+    profile.cruise(distance / speed);
+    profile.ramp(0 * from, 0, kNone);
   }
-  way.end_at(to);
-  return way;
+  profile.end_at(to);
+  return profile;
 }
 
 }  // namespace tendril::app

@@ -16,12 +16,12 @@ struct MotionLimits {
 /// The least time to change the velocity by `step`, m/s, from and to acceleration 0.  s
 double ramp_time(double step, const MotionLimits& limits);
 
-/// The way of a target in time: pieces of constant jerk, one after another, without a jump in position,
+/// Where a target is over time: pieces of constant jerk, one after another, without a jump in position,
 /// velocity or acceleration. Each change of velocity is a ramp: the acceleration rises, stays and falls,
 /// always along the change. A corner is a ramp from one direction to the next, so it is a curve; the velocity
 /// on it lies between those at its ends, so that its bounds hold in every direction.
 /// Real-time: no, for all of it (allocates).
-class SmoothWay {
+class MotionProfile {
  public:
   struct State {
     rt::EffectorVector position, velocity, acceleration;  ///< e, m or m³, per s and per s²
@@ -31,14 +31,14 @@ class SmoothWay {
   };
 
   /// At rest at a position, e, m or m³.
-  explicit SmoothWay(rt::EffectorVector start);
+  explicit MotionProfile(rt::EffectorVector start);
 
   /// In motion: the acceleration goes to 0, then the velocity to another one, within the limits of
   /// acceleration and jerk.
   /// @param velocity   at the end, e
   /// @param positions  1 for coordinates that are positions in space, 0 for others, e
-  SmoothWay(const State& motion, const rt::EffectorVector& velocity, const rt::EffectorVector& positions,
-            const MotionLimits& limits);
+  MotionProfile(const State& motion, const rt::EffectorVector& velocity, const rt::EffectorVector& positions,
+                const MotionLimits& limits);
 
   /// Changes the velocity.
   /// @param velocity  at the end, e, m/s or m³/s
@@ -46,10 +46,10 @@ class SmoothWay {
   void ramp(const rt::EffectorVector& velocity, double step, const MotionLimits& limits);
   void cruise(double seconds);
 
-  /// Goes on straight: from speed v0, which the way has, over the fastest that limits and length allow, to
-  /// v1.
+  /// Goes on straight: from speed v0, which the profile has, over the fastest that limits and length allow,
+  /// to v1.
   /// @param direction  per metre of space, e
-  /// @param length     m; at least what the change from v0 to v1 takes, see run_up()
+  /// @param length     m; at least what the change from v0 to v1 takes, see ramp_distance()
   void straight(const rt::EffectorVector& direction, double length, double v0, double v1,
                 const MotionLimits& limits);
 
@@ -57,14 +57,14 @@ class SmoothWay {
   /// @param distance  in space, m; 0: it is there at once
   void go_to(const rt::EffectorVector& goal, double distance, const MotionLimits& limits);
 
-  /// Puts the end of the way where it was meant to be, against rounding.
+  /// Puts the end of the profile where it was meant to be, against rounding.
   void end_at(const rt::EffectorVector& position) { here_.position = position; }
   const rt::EffectorVector& end() const { return here_.position; }
   void set_label(std::size_t label) { label_ = label; }
 
   double duration_s() const { return end_s_; }
 
-  /// @param t_s  from the beginning; before and after the way its ends hold
+  /// @param t_s  from the beginning; before and after the profile its ends hold
   State at(double t_s) const;
 
  private:
@@ -82,14 +82,15 @@ class SmoothWay {
   std::size_t label_ = 0;
 };
 
-/// The way that a change from speed v0 to v1 takes, m.
-double run_up(double v0, double v1, const MotionLimits& limits);
+/// The distance that a change from speed v0 to v1 takes, m.
+double ramp_distance(double v0, double v1, const MotionLimits& limits);
 
-/// From rest to rest, see SmoothWay::go_to().
-SmoothWay rest_to_rest(const rt::EffectorVector& from, const rt::EffectorVector& to, double distance,
-                       const MotionLimits& limits);
+/// From rest to rest, see MotionProfile::go_to().
+MotionProfile rest_to_rest(const rt::EffectorVector& from, const rt::EffectorVector& to, double distance,
+                           const MotionLimits& limits);
 
 /// Straight at constant speed, without limits.
-SmoothWay evenly(const rt::EffectorVector& from, const rt::EffectorVector& to, double distance, double speed);
+MotionProfile at_constant_speed(const rt::EffectorVector& from, const rt::EffectorVector& to, double distance,
+                                double speed);
 
 }  // namespace tendril::app
