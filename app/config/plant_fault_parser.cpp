@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "app/config/quantity.h"
@@ -99,34 +100,43 @@ double read_share(std::string_view number, std::string_view unit, const Row& row
   return percent / 100;
 }
 
-double read_size(std::string_view number, std::string_view unit, Dimension dimension, double most,
-                 const Row& row) {
+/// A number with a unit, 0 or of a magnitude that the robot file allows too.
+/// @param most  a bound of its own, within that of the robot file
+std::optional<double> read_size(const std::string& text, Dimension dimension, double most) {
   double value = -1;
-  const std::string text = fmt::format("{} {}", number, unit);
-  if (!parse_quantity(text, dimension, {&value, 1}) || value < 0 || value > most)
-    mistake(fmt::format("a size from 0 to {:g} {} ({})", most, si_unit(dimension), units_of(dimension)), row);
+  if (!parse_quantity(text, dimension, {&value, 1}) || value > most) return std::nullopt;
+  if (value != 0 && value < magnitudes_of(dimension).least) return std::nullopt;
   return value;
 }
 
-constexpr double kLongestDelay_s = 1;
+/// "0, or 1e-06 to 1 s (s, ms, us)"
+std::string describe_size(Dimension dimension, double most) {
+  return fmt::format("0, or {:g} to {:g} {} ({})", magnitudes_of(dimension).least, most, si_unit(dimension),
+                     units_of(dimension));
+}
+
+double read_delay(const std::string& text, const Row& row) {
+  constexpr double kLongest_s = 1;
+  const auto delay = read_size(text, Dimension::kTime, kLongest_s);
+  if (!delay) mistake("a delay of " + describe_size(Dimension::kTime, kLongest_s), row);
+  return *delay;
+}
 
 /// What errs follows from the unit.
-void read_noise(std::string_view number, std::string_view unit, const Row& row, PlantFault& fault) {
-  struct Quantity {
-    Dimension dimension;
-    Kind kind;
-  };
-  for (const Quantity& quantity :
-       {Quantity{Dimension::kLength, Kind::kNoise}, Quantity{Dimension::kForce, Kind::kForceNoise},
-        Quantity{Dimension::kPressure, Kind::kPressureNoise}}) {
-    if (!parse_quantity(fmt::format("{} {}", number, unit), quantity.dimension, {&fault.value, 1})) continue;
-    if (fault.value < 0) break;
-    fault.kind = quantity.kind;
-    return;
+void read_noise(const std::string& text, const Row& row, PlantFault& fault) {
+  std::string expected;
+  for (const auto& [dimension, kind] :
+       {std::pair(Dimension::kLength, Kind::kNoise), std::pair(Dimension::kForce, Kind::kForceNoise),
+        std::pair(Dimension::kPressure, Kind::kPressureNoise)}) {
+    const double most = magnitudes_of(dimension).greatest;
+    if (const auto deviation = read_size(text, dimension, most)) {
+      fault.kind = kind;
+      fault.value = *deviation;
+      return;
+    }
+    expected += (expected.empty() ? "" : "; ") + describe_size(dimension, most);
   }
-  mistake(fmt::format("a length, force or pressure from 0 up ({}, {}, {})", units_of(Dimension::kLength),
-                      units_of(Dimension::kForce), units_of(Dimension::kPressure)),
-          row);
+  mistake("a length, force or pressure: " + expected, row);
 }
 
 /// @return  nothing where the line is of another row
@@ -137,6 +147,7 @@ std::optional<PlantFault> match(const Row& row, const std::vector<std::string_vi
   PlantFault fault{.kind = row.kind};
   size_t at = 0;
   const auto next = [&] { return at < words.size() ? words[at++] : std::string_view(); };
+  const auto quantity = [&](std::string_view number) { return fmt::format("{} {}", number, next()); };
   for (const std::string_view word : pattern) {
     const std::string_view given = next();
     if (word == "AXIS")
@@ -148,9 +159,9 @@ std::optional<PlantFault> match(const Row& row, const std::vector<std::string_vi
     else if (word == "SHARE")
       fault.value = read_share(given, next(), row);
     else if (word == "TIME")
-      fault.value = read_size(given, next(), Dimension::kTime, kLongestDelay_s, row);
+      fault.value = read_delay(quantity(given), row);
     else if (word == "SIZE")
-      read_noise(given, next(), row, fault);
+      read_noise(quantity(given), row, fault);
     else if (word != given)
       mistake(fmt::format("'{}'", word), row);
   }

@@ -14,6 +14,8 @@
 namespace tendril::fem {
 namespace {
 
+constexpr std::size_t kMostText = 300;  // characters, after which no further place is named
+
 /// For each tetrahedron a number of its part; tetrahedra with a common face are in one part.
 std::vector<int> parts_by_faces(const Mesh& mesh) {
   std::vector<std::pair<std::array<int, 3>, int>> faces;
@@ -106,14 +108,24 @@ std::string hinge_at(const Mesh& mesh, const std::vector<int>& nodes) {
 void check_hinges(const Mesh& mesh, std::span<const int> fixed) {
   const auto hinges = Parts(mesh, fixed).hinges();
   if (hinges.empty()) return;
-  const auto& [pair, nodes] = *hinges.begin();
-  const int tet = pair.first;
-  throw MeshError(fmt::format(
-      "the part of the body with tetrahedron {} at {} hangs on the rest by {} only, and can turn "
-      "there{}; let the parts "
-      "share faces, or fix nodes of each",
-      tet, format_point_mm(mesh.nodes(Eigen::all, mesh.tets[tet]).rowwise().mean()), hinge_at(mesh, nodes),
-      hinges.size() == 1 ? "" : fmt::format(" (one of {} such places)", hinges.size())));
+  const int part = hinges.begin()->first.first;
+  // A part of a ring hangs on both of its neighbours.
+  std::string places;
+  int more = 0;
+  for (const auto& [pair, nodes] : hinges)
+    if (pair.first == part || pair.second == part) {
+      if (places.size() < kMostText)
+        places += (places.empty() ? "" : " and ") + hinge_at(mesh, nodes);
+      else
+        ++more;
+    }
+  if (more > 0) places += fmt::format(" and {} more", more);
+  throw MeshError(
+      fmt::format("the part of the body with tetrahedron {} at {} hangs on the rest by {} only, and can turn "
+                  "there{}; let "
+                  "the parts share faces, or fix nodes of each",
+                  part, format_point_mm(mesh.nodes(Eigen::all, mesh.tets[part]).rowwise().mean()), places,
+                  hinges.size() == 1 ? "" : fmt::format(" (the body has {} such places)", hinges.size())));
 }
 
 }  // namespace tendril::fem

@@ -67,9 +67,14 @@ void check_tet(const VtkGrid& grid, size_t cell, int64_t nodes, const std::strin
 
 }  // namespace
 
-Mesh to_mesh(VtkGrid grid, const std::string& file) {
+Mesh to_mesh(VtkGrid grid, const std::string& file, size_t file_bytes) {
   MeshBuilder builder(std::move(grid.points));
   const auto groups = add_groups(grid, builder);
+  if (!groups.empty() && grid.connectivity.size() > 4 * most_numbers(file_bytes) / groups.size())
+    throw MeshError(
+        fmt::format("{}: {} labels of cells, each for {} nodes of theirs, are more than a file of {} bytes "
+                    "should ask for; leave out labels that no group is made of",
+                    file, groups.size(), grid.connectivity.size(), file_bytes));
   std::vector<int> nodes, of_cell(groups.size());
   int64_t begin = 0;
   for (size_t cell = 0; cell < grid.types.size(); ++cell) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -19,9 +20,18 @@ struct VtkGrid {
   std::map<std::string, std::vector<int64_t>> labels;  ///< cell arrays of whole numbers, by name
 };
 
+/// How many numbers a file of so many bytes can hold, packed or not, if they describe a mesh. It bounds the
+/// memory that any file can ask for.
+constexpr size_t most_numbers(size_t file_bytes) {
+  constexpr size_t kPerByte = 8;            // of whole meshes with their labels, packed with zlib
+  constexpr size_t kOfSmallOnes = 1 << 17;  // which may pack better by chance
+  return std::max(kOfSmallOnes, kPerByte * file_bytes);
+}
+
 /// The mesh of the grid's tetrahedra, with a region and a volume for each value of each label.
+/// @param file_bytes  size of the file: each label names all nodes of a cell, and those are counted
 /// @throws MeshError naming the file and the cell
-Mesh to_mesh(VtkGrid grid, const std::string& file);
+Mesh to_mesh(VtkGrid grid, const std::string& file, size_t file_bytes);
 
 /// How a number is stored.
 struct NumberType {

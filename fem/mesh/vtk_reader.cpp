@@ -261,7 +261,7 @@ class LegacyReader {
 }  // namespace
 
 Mesh read_vtk_legacy(const std::string& text, const std::string& file) {
-  return to_mesh(LegacyReader(text, file).read(), file);
+  return to_mesh(LegacyReader(text, file).read(), file, text.size());
 }
 
 }  // namespace tendril::fem

@@ -12,10 +12,6 @@
 namespace tendril::fem {
 namespace {
 
-// More numbers than these do not pack into a byte of a mesh; small files may hold what packs better by
-// chance.
-constexpr size_t kMostNumbersPerByte = 16, kFewNumbers = 1 << 20;
-
 /// Parses all but the appended data, which may be bytes that are no XML; notes where these begin.
 pugi::xml_document parse(VtuFile& file) {
   pugi::xml_document document;
@@ -92,7 +88,7 @@ VtkGrid read_piece(VtuFile& file, const pugi::xml_node& piece) {
 
 Mesh read_vtu(const std::string& text, const std::string& name) {
   VtuFile file{.text = text, .name = name};
-  file.numbers_left = std::max(kFewNumbers, kMostNumbersPerByte * text.size());
+  file.numbers_left = most_numbers(text.size());
   const pugi::xml_document document = parse(file);
   const auto root = document.child("VTKFile");
   const std::string_view type = root.attribute("type").value();
@@ -110,7 +106,7 @@ Mesh read_vtu(const std::string& text, const std::string& name) {
     VtkGrid grid = read_piece(file, piece);
     if (grid.points.cols() > 0 || pieces.empty()) pieces.push_back(std::move(grid));
   }
-  return to_mesh(joined(std::move(pieces), name), name);
+  return to_mesh(joined(std::move(pieces), name), name, text.size());
 }
 
 }  // namespace tendril::fem

@@ -74,6 +74,11 @@ void check_common(const MasterConfig& config, int64_t feedback_period_ns, int no
   if (config.heartbeat_timeout_ns < 2 * config.heartbeat_ns)
     refuse_bus("heartbeat_timeout", "at least two heartbeats, " + seconds(2 * config.heartbeat_ns) +
                                         " (it is " + seconds(config.heartbeat_timeout_ns) + ")");
+  // What the drives watch is sent in the cycles of the control loop, and one of these may fail.
+  if (config.heartbeat_timeout_ns < 3 * config.period_ns)
+    refuse_bus("heartbeat_timeout", "at least three control periods, " + seconds(3 * config.period_ns) +
+                                        ", as the drives hear of the controller once in each (it is " +
+                                        seconds(config.heartbeat_timeout_ns) + ")");
   if (config.feedback_timeout_ns < 2 * feedback_period_ns)
     refuse_bus("feedback_timeout", "at least two positions' time, " + seconds(2 * feedback_period_ns) +
                                        " (it is " + seconds(config.feedback_timeout_ns) + ")");

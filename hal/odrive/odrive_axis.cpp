@@ -10,6 +10,10 @@ namespace {
 // A request of a state is repeated until a heartbeat confirms it: longer than the time between two of them.
 constexpr int64_t kRepeat_ns = 500'000'000;
 
+// Heartbeats that must come after the first frame that feeds the watchdog. The first one may have left before
+// that frame arrived.
+constexpr int kHeartbeatsFed = 2;
+
 /// The nearest finite number of the wire.
 float to_float(double value) noexcept {
   constexpr double kGreatest = std::numeric_limits<float>::max();
@@ -38,6 +42,7 @@ void OdriveAxis::receive(const Frame& frame, int64_t arrival_ns) noexcept {
 void OdriveAxis::on_heartbeat(const OdriveHeartbeat& heartbeat, int64_t arrival_ns) noexcept {
   heartbeat_ = heartbeat;
   heartbeat_ns_ = arrival_ns;
+  heartbeats_fed_ = std::min(heartbeats_fed_ + 1, kHeartbeatsFed);
   judge_power();
   if (phase_ != Phase::kEnteringClosedLoop && phase_ != Phase::kOn) return;
   if (heartbeat.axis_error != 0)
@@ -100,6 +105,15 @@ void OdriveAxis::supervise(int64_t now_ns, int64_t last_sync_ns) noexcept {
 
 void OdriveAxis::drive(bool enable, bool may_begin, bool may_request, bool all_enabled,
                        const AxisTarget& target, int64_t now_ns, FrameBatch& out) noexcept {
+  // A pause may let the watchdog expire, and the heartbeats from before it do not tell.
+  if (fed_ns_ == 0 || now_ns - fed_ns_ > config_.heartbeat_timeout_ns / 2) heartbeats_fed_ = 0;
+  const auto before = out.size();
+  act(enable, may_begin, may_request, all_enabled, target, now_ns, out);
+  if (out.size() != before) fed_ns_ = now_ns;  // any frame feeds it
+}
+
+void OdriveAxis::act(bool enable, bool may_begin, bool may_request, bool all_enabled,
+                     const AxisTarget& target, int64_t now_ns, FrameBatch& out) noexcept {
   const bool waits = stage_ == Stage::kListening || stage_ == Stage::kFailed;
   if (waits && !enable && may_be_on_) request_state(kOdriveIdle, now_ns, out);  // it was on before a restart
   if (stage_ != Stage::kRunning) return;
@@ -214,7 +228,7 @@ void OdriveAxis::append_input(double position, double velocity, FrameBatch& out)
 
 void OdriveAxis::restart() noexcept {
   stage_ = Stage::kListening;
-  stage_since_ns_ = heartbeat_ns_ = position_stamp_ns_ = cleared_ns_ = 0;
+  stage_since_ns_ = heartbeat_ns_ = position_stamp_ns_ = cleared_ns_ = fed_ns_ = 0;
   phase_ = Phase::kOff;
   following_ = silent_ = false;
   fault_ = {};
@@ -222,7 +236,7 @@ void OdriveAxis::restart() noexcept {
 
 bool OdriveAxis::ready_for_closed_loop() const noexcept {
   return (phase_ == Phase::kOff || phase_ == Phase::kPreparing) && heartbeat_.state == kOdriveIdle &&
-         !has_errors();
+         !has_errors() && heartbeats_fed_ == kHeartbeatsFed;
 }
 
 bool OdriveAxis::known(int64_t last_sync_ns) const noexcept {

@@ -53,7 +53,8 @@ class OdriveAxis {
   /// Ends the communication with an axis that is disabled.
   void release() noexcept { stage_ = Stage::kFinished; }
 
-  /// Whether the axis is off, idle and without an error, so that closed-loop control can be requested.
+  /// Whether the axis is off, idle and without an error, so that closed-loop control can be requested. An
+  /// axis that nobody has fed may say so just before its watchdog expires: it is asked once it is fed.
   bool ready_for_closed_loop() const noexcept;
 
   bool finished() const noexcept { return stage_ == Stage::kFinished; }
@@ -87,6 +88,8 @@ class OdriveAxis {
 
   void on_heartbeat(const OdriveHeartbeat& heartbeat, int64_t arrival_ns) noexcept;
   void judge_power() noexcept;
+  void act(bool enable, bool may_begin, bool may_request, bool all_enabled, const AxisTarget& target,
+           int64_t now_ns, FrameBatch& out) noexcept;
   void on_estimates(const OdriveEstimates& estimates, int64_t arrival_ns) noexcept;
   void monitor_motion(int64_t arrival_ns) noexcept;
   void prepare(int64_t now_ns, FrameBatch& out) noexcept;
@@ -120,6 +123,8 @@ class OdriveAxis {
   int64_t heartbeat_ns_ = 0;    // its arrival; 0: none yet
   bool silent_ = false;         // for longer than the time-out, whatever else is wrong
   int64_t cleared_ns_ = 0;      // heartbeat after which errors were last cleared
+  int64_t fed_ns_ = 0;          // when its watchdog was last fed; 0: never
+  int heartbeats_fed_ = 0;      // since its watchdog is fed without a pause, 2 at most
 
   Phase phase_ = Phase::kOff;
   int64_t enabling_since_ns_ = 0;

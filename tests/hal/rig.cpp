@@ -80,6 +80,7 @@ void add_drives(const MasterConfig& config, std::vector<SimulatedOdriveDrive>& d
     drives.emplace_back(SimulatedOdriveSpec{.node = axis.node,
                                             .firmware = odrive_settings(config).firmware,
                                             .position = 0.25 * (axis.node + 1),
+                                            .heartbeat_ns = config.heartbeat_ns,
                                             .watchdog_ns = config.heartbeat_timeout_ns});
 }
 

@@ -29,11 +29,13 @@ class ObedientDrives final : public hal::DriveMaster {
   }
   const hal::Measurement& measure(hal::BusHealth, int64_t now_ns) noexcept override {
     measurement_.stamp_ns = now_ns;
+    measured_ns = rt::now_ns();
     measurement_.axes = 1;
     measurement_.all_known = true;
     return measurement_;
   }
   void command(const hal::Command& command, int64_t, hal::FrameBatch& out) noexcept override {
+    const int64_t began_ns = rt::now_ns();
     out.push({.id = 0x201, .length = 6});
     out.push({.id = 0x080});
     measurement_.all_enabled = command.enable;
@@ -41,9 +43,18 @@ class ObedientDrives final : public hal::DriveMaster {
     if (command.enable) measurement_.displacement = command.displacement;
     if (++commands_ == 100) std::this_thread::sleep_for(stall);
     if (commands_ == waste_at) waste();
+    if (stages != nullptr && stages->size() < stages->capacity())
+      stages->push_back({measured_ns, began_ns, rt::now_ns()});
   }
   std::string describe(const hal::DriveFault&) const override { return {}; }
 
+  /// Instants of a cycle that lie in its reading, and in its writing.
+  struct Stages {
+    int64_t read_ns, write_ns, written_ns;
+  };
+  std::vector<Stages>* stages =
+      nullptr;  ///< receives those of the first cycles, as many as there is room for
+  int64_t measured_ns = 0;
   int received = 0;
   int64_t last_arrival_ns = 0;
   std::chrono::milliseconds stall{0};  ///< how long the hundredth command takes
@@ -124,6 +135,40 @@ TEST_CASE("A cycle reads what has arrived, writes its frames in order, feeds bac
   CHECK(feedback.efforts_known);
   CHECK(feedback.lambda[0] == Approx(0.005 / testing::kCoupling));
   CHECK(feedback.delta_a[0] == Approx(record.measured[0]));
+}
+
+TEST_CASE("Reading, solving and the cycle end after the work that they count, and before the next",
+          "[unit]") {
+  const auto rig = std::make_unique<Loop>();
+  const auto counts = std::make_unique<LoopCounts>();
+  constexpr std::size_t kCycles = 50;
+  std::vector<ObedientDrives::Stages> stages;
+  stages.reserve(kCycles);
+  rig->drives.stages = &stages;
+  PeriodicClock clock(500);
+  std::thread control([&] { rig->loop.run(clock, *counts); });
+  std::vector<TraceRecord> records;
+  TraceRecord record;
+  while (records.size() < kCycles + 1) {
+    while (rig->channels.trace.pop(record)) records.push_back(record);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  rig->channels.requests.stop = true;
+  control.join();
+  REQUIRE(stages.size() == kCycles);
+  for (std::size_t k = 0; k < kCycles; ++k) {
+    CAPTURE(k);
+    const TraceRecord& r = records[k];
+    const int64_t woken_ns = r.intended_ns + r.wakeup_ns;
+    const int64_t read_ns = woken_ns + r.read_ns, solved_ns = read_ns + r.solve_ns;
+    CHECK(woken_ns >= r.intended_ns);
+    CHECK(woken_ns <= stages[k].read_ns);
+    CHECK(read_ns >= stages[k].read_ns);
+    CHECK(solved_ns >= read_ns);
+    CHECK(solved_ns <= stages[k].write_ns);
+    CHECK(woken_ns + r.cycle_ns >= stages[k].written_ns);
+    CHECK(woken_ns + r.cycle_ns <= records[k + 1].intended_ns + records[k + 1].wakeup_ns);
+  }
 }
 
 TEST_CASE("The loop on the clock counts every deadline, traces every cycle and makes no heap call", "[rt]") {

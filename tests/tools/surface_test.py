@@ -60,6 +60,23 @@ def box(size, cells):
     return np.array(triangles)
 
 
+def ring_of_tetrahedra(number):
+    """Triangles of a closed ring of tetrahedra, each with one edge of the one before and one of the next; an even number."""
+    edges = []
+    for k in range(number):
+        angle = 2 * np.pi * k / number
+        middle = 10 * np.array([np.cos(angle), np.sin(angle), 0])
+        along = np.array([0, 0, 1.0]) if k % 2 else np.array([np.cos(angle), np.sin(angle), 0])
+        edges.append((middle - along, middle + along))
+    triangles = []
+    for k in range(number):
+        a, b, c, d = *edges[k], *edges[(k + 1) % number]
+        if np.dot(np.cross(b - a, c - a), d - a) < 0:
+            a, b = b, a
+        triangles += [(a, c, b), (a, b, d), (a, d, c), (b, c, d)]
+    return np.array(triangles)
+
+
 def circle(corners):
     angle = np.linspace(0, 2 * np.pi, corners, endpoint=False)
     return 10 * np.c_[np.cos(angle), np.sin(angle)]
@@ -119,6 +136,31 @@ class CrossingTest(unittest.TestCase):
                 check(turned(prism(outline, 10, "corner"), random))
 
 
+class HingesTest(unittest.TestCase):
+    """Bodies that hang together by an edge: there the surface has four triangles, or more."""
+
+    def test_parts_that_hang_together_by_an_edge_are_named_as_such(self):
+        cube = box(np.array([1.0, 1, 1]), 1)
+        with self.assertRaisesRegex(SurfaceError, r"meet at edges: 1 have four triangles or more, the first at \(1, 1, 0.5\)"):
+            check(np.concatenate([cube, cube + [1, 1, 0]]))
+
+    def test_a_ring_of_hinges_is_named_as_such(self):
+        for number in (6, 8, 10):
+            with self.assertRaisesRegex(SurfaceError, f"meet at edges: {number} have four triangles.*they hang together by an edge"):
+                check(ring_of_tetrahedra(number))
+
+    def test_bodies_that_touch_in_a_face_are_to_be_united(self):
+        cube = box(np.array([1.0, 1, 1]), 1)
+        with self.assertRaisesRegex(SurfaceError, "meet at edges: 4 have .* touch in a face .* unite them"):
+            check(np.concatenate([cube, cube + [1, 0, 0]]))
+
+    def test_an_odd_number_of_triangles_at_an_edge_is_no_hinge(self):
+        corners = np.array([(0, 0, 0), (1, 0, 0), (0.5, -1, 0), (0.5, 0, 1)])
+        wedge = corners[[[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0], [0, 2, 1]]]  # its first face twice
+        with self.assertRaisesRegex(SurfaceError, "crosses itself: 3 edges have more than two triangles"):
+            check(wedge)
+
+
 class DrawnVolumeTest(unittest.TestCase):
     def test_a_cavity_is_no_part_of_the_body(self):
         inner = box([4, 4, 4], 2)
@@ -171,6 +213,9 @@ class FilesTest(unittest.TestCase):
         for content in (text_stl(), text_stl().upper(), text_stl().replace("\n", "\r\n"), text_stl().replace("\n", "\r"),
                         text_stl("vertex 1 2 3"), text_stl("a\u00e4 facet"), text_stl().replace("e+", "D+"),
                         text_stl().replace("vertex 2", "vertex\t +2"), text_stl() + "\n\n",
+                        text_stl().replace("\n", " "), text_stl("vertex 1 2 3").replace("\n", " "),
+                        text_stl().replace("endsolid part\n", "endsolid part vertex 1 2 3 ").replace("\n", "\t"),
+                        text_stl().replace("\nouter", " outer").replace("\nvertex", " vertex").replace("\nend", " end"),
                         text_stl().replace("endsolid part", ""), binary_stl(), binary_stl(header=b"vertex 1 2 3"),
                         binary_stl() + b"\0\0", binary_stl() + b"made by a program", binary_stl() + bytes(500)):
             with self.subTest(content[:40]):
@@ -197,6 +242,14 @@ class FilesTest(unittest.TestCase):
                 (lines[:3] + lines[4:], "a.stl:8: found a facet after 2 corners, expected three for each")):
             with self.subTest(expected):
                 self.assertIn(expected, self.refusal("\n".join(content)))
+
+    def test_solids_in_one_line_follow_each_other(self):
+        half = [text_stl().splitlines() for _ in range(2)]
+        cut = 1 + 7 * (len(BOX) // 2)
+        one, other = half[0][:cut] + ["endsolid part"], ["solid other"] + half[1][cut:]
+        self.assertAlmostEqual(self.read(" ".join(one + other)), 12000, places=3)
+        self.assertIn("found 'vertex 0.0 1', expected three numbers",
+                      self.refusal(" ".join(one + ["solid x facet normal 0 0 0 outer loop vertex 0.0 1 endloop"])))
 
     def test_an_obj_names_points_that_are_there(self):
         points = "\n".join("v {} {} {}".format(*p) for p in BOX.reshape(-1, 3))

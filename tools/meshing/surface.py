@@ -15,15 +15,20 @@ def place(p):
 
 
 def check_closed(points, triangles, hint=""):
-    """Refuses a surface with an edge of one triangle, or of more than two."""
+    """Refuses a surface with an edge of one triangle, or of more than two: where these are an even number, parts of the
+    body hang together by the edge, each closed by itself."""
     edges = np.sort(np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     edges, count = np.unique(edges, axis=0, return_counts=True)
-    for wrong, what in ((count == 1, "is not closed: {} edges have a triangle on one side only"),
-                        (count > 2, "crosses itself: {} edges have more than two triangles")):
+    repair = "; repair it in the program that drew it, in MeshLab (Close Holes) or in Blender (3D Print Toolbox)" + hint
+    unite = (": there they hang together by an edge and can turn, or touch in a face that is still in between; let them "
+             "overlap, and unite them in the program that drew them (a Boolean union)")
+    for wrong, what, remedy in (
+            (count == 1, "the surface is not closed: {} edges have a triangle on one side only", repair),
+            (count % 2 == 1, "the surface crosses itself: {} edges have more than two triangles", repair),
+            (count > 2, "parts of the body meet at edges: {} have four triangles or more", unite)):
         if wrong.any():
             middles = points[edges[wrong]].mean(axis=1)
-            raise SurfaceError(f"the surface {what.format(wrong.sum())}, the first at {place(middles[0])}; repair it in "
-                               f"the program that drew it, in MeshLab (Close Holes) or in Blender (3D Print Toolbox){hint}")
+            raise SurfaceError(f"{what.format(wrong.sum())}, the first at {place(middles[0])}{remedy}")
 
 
 def check_does_not_cross_itself(points, triangles):

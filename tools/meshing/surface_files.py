@@ -55,14 +55,31 @@ def read_binary_stl(path, data):
     return records["corners"].astype(float), ""
 
 
+STATEMENT = re.compile(r"(?i)(?<!\S)(?:facet|outer|vertex|endloop|endfacet|endsolid|solid)(?!\S)")
+FIRST_FACET = re.compile(r"(?i)(?<!\S)facet\s+normal(?!\S)")
+
+
+def statements(line):
+    """The statements of a line: an STL may have many in one, up to the whole file. The name of a solid may hold any words,
+    and ends where a facet begins."""
+    at = 0
+    while at < len(line):
+        named = line[at:at + 8].lower().lstrip().startswith(("solid", "endsolid"))
+        following = (FIRST_FACET if named else STATEMENT).search(line, at + 1)
+        end = following.start() if following else len(line)
+        yield line[at:end]
+        at = end
+
+
 def read_text_stl(path, data):
     corners, facets, ended = [], 0, False
-    for number, line in enumerate(re.split(r"\r\n|\r|\n", data.decode("latin-1")), 1):
-        words = line.lower().split()
+    lines = re.split(r"\r\n|\r|\n", data.decode("latin-1"))
+    for number, statement in ((n, s) for n, line in enumerate(lines, 1) for s in statements(line)):
+        words = statement.lower().split()
         if not words:
             continue
         if words[0] == "vertex":
-            corners.append(coordinates(path, number, line, words[1:]))
+            corners.append(coordinates(path, number, statement, words[1:]))
         elif words[0] == "facet":
             if len(corners) != 3 * facets:
                 raise SurfaceError(f"{path}:{number}: found a facet after {len(corners) - 3 * (facets - 1)} corners, "

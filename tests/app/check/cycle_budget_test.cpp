@@ -59,6 +59,7 @@ TEST_CASE("A rate at which the drives cannot be brought to follow is refused wit
   Block block;
   block.config.control.rate_hz = 2;  // answers over SDO come later than the master waits for them
   block.config.bus.master.feedback_timeout_ns = 1'000'000'000;
+  block.config.bus.master.heartbeat_timeout_ns = 1'500'000'000;  // three control periods
   const auto robot = build_model(block.config);
   CHECK_THROWS_WITH(time_cycle(*robot, block.config), Catch::Contains("control.rate 2 Hz: axis 0"));
 }

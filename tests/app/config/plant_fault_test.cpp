@@ -1,10 +1,14 @@
 #include "app/config/plant_fault.h"
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <string>
 
 #include "app/config/config.h"
 #include "app/config/plant_fault_parser.h"
+#include "app/config/quantity.h"
 #include "app/plant/plant_line.h"
 #include "hal/bus/virtual_bus.h"
 #include "hal/cia402/cia402_protocol.h"
@@ -75,14 +79,41 @@ TEST_CASE("A line that is no fault is answered with what is expected", "[unit]")
   CHECK_THAT(mistake("fault north emcy 0x2310", hal::odrive_protocol()), Contains("'error'"));
   CHECK_THAT(mistake("drop 101 %"), Contains("a share from 0 % to 100 %"));
   CHECK_THAT(mistake("drop 10"), Contains("a share"));
-  CHECK_THAT(mistake("delay 5"), Contains("from 0 to 1 s (s, ms, us)"));
-  CHECK_THAT(mistake("delay -5 ms"), Contains("from 0 to 1 s"));
-  CHECK_THAT(mistake("noise 2 ms"), Contains("a length, force or pressure from 0 up (m, cm, mm, um, N,"));
-  CHECK_THAT(mistake("noise -2 mm"), Contains("from 0 up"));
+  CHECK_THAT(mistake("delay 5"), Contains("a delay of 0, or 1e-06 to 1 s (s, ms, us), as in 'delay TIME'"));
+  CHECK_THAT(mistake("noise 2 ms"),
+             Contains("a length, force or pressure: 0, or 1e-09 to 1000 m (m, cm, mm, um); 0, or 1e-09 to") &&
+                 Contains("as in 'noise SIZE'"));
   CHECK_THAT(mistake("sensor north off"),
              Contains("the name of a sensor (camera, gauge), as in 'sensor SENSOR off'"));
   CHECK_THAT(mistake("bus on"), Contains("'off'"));
   CHECK_THAT(mistake("clear all"), Contains("the end of the line"));
+}
+
+TEST_CASE("Every number of a fault has a least and a greatest value", "[unit]") {
+  struct Row {
+    const char* before;
+    const char* unit;
+    double least, greatest;
+  };
+  const auto [shortest, longest] = magnitudes_of(Dimension::kLength);
+  const auto [weakest, strongest] = magnitudes_of(Dimension::kForce);
+  const auto [lowest, highest] = magnitudes_of(Dimension::kPressure);
+  for (const Row& row :
+       {Row{"delay", "s", magnitudes_of(Dimension::kTime).least, 1}, Row{"noise", "m", shortest, longest},
+        Row{"noise", "N", weakest, strongest}, Row{"noise", "Pa", lowest, highest}}) {
+    const auto line = [&](double value) { return fmt::format("{} {:.17g} {}", row.before, value, row.unit); };
+    CAPTURE(line(row.greatest));
+    for (const double taken : {0.0, row.least, row.greatest}) {
+      CHECK(mistake(line(taken)) == "none");
+      CHECK(parse(line(taken)).value == taken);
+    }
+    for (const double refused : {-row.least, row.least / 2, std::nextafter(row.greatest, 1e300), 1e300})
+      CHECK_THAT(mistake(line(refused)), Contains(fmt::format("to {:g} {}", row.greatest, row.unit)));
+  }
+  CHECK(parse("drop 0 %").value == 0);
+  CHECK(parse("drop 100 %").value == 1);
+  for (const char* refused : {"drop -1 %", "drop 100.1 %", "drop 1e300 %"})
+    CHECK_THAT(mistake(refused), Contains("a share from 0 % to 100 %"));
 }
 
 TEST_CASE("Delayed frames come in their order after the delay, and at once when it ends", "[unit]") {

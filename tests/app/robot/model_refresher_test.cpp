@@ -59,6 +59,54 @@ TEST_CASE("The first snapshot after settling predicts the measured lengths and t
   CHECK(f.snapshot->stamp_ns == 42);
 }
 
+TEST_CASE("Until efforts are asked for, the body follows the lengths that are measured anew", "[law]") {
+  Finger f;
+  const Eigen::Vector2d settled(1e-3, 0.5e-3), moved(2e-3, 1e-3);
+  REQUIRE(f.model.settle(settled));
+  REQUIRE(f.model.refresh(f.nothing, 0, *f.snapshot));
+  const Eigen::VectorXd before = f.model.x(), lambda = f.snapshot->lambda;
+  rt::Feedback feedback;
+  feedback.delta_a = moved;
+  SECTION("they are not known") {
+    REQUIRE(f.model.refresh(feedback, 0, *f.snapshot));
+    CHECK(f.model.x() == before);
+    CHECK(f.snapshot->lambda == lambda);
+  }
+  feedback.displacements_known = true;
+  SECTION("they have changed") {
+    REQUIRE(f.model.refresh(feedback, 0, *f.snapshot));
+    CHECK((f.lengths(f.snapshot->lambda) - moved).lpNorm<Eigen::Infinity>() < kClose_m);
+    const Eigen::VectorXd there = f.model.x();
+    REQUIRE(f.model.refresh(feedback, 0, *f.snapshot));  // they are those by now
+    CHECK(f.model.x() == there);
+  }
+  SECTION("one has hardly changed") {
+    const double hardly = 1e-6;  // m, less than its cable runs in a millisecond
+    feedback.delta_a = settled + Eigen::Vector2d(0, hardly);
+    REQUIRE(f.model.refresh(feedback, 0, *f.snapshot));
+    CHECK(f.model.x() == before);
+  }
+  SECTION("one alone has changed") {
+    feedback.delta_a = Eigen::Vector2d(settled[0], moved[1]);
+    REQUIRE(f.model.refresh(feedback, 0, *f.snapshot));
+    CHECK((f.lengths(f.snapshot->lambda) - feedback.delta_a).lpNorm<Eigen::Infinity>() < kClose_m);
+  }
+  SECTION("they are none that a body can have") {
+    feedback.delta_a = Eigen::Vector2d(std::numeric_limits<double>::quiet_NaN(), 0);
+    CHECK_FALSE(f.model.refresh(feedback, 0, *f.snapshot));
+    CHECK(f.snapshot->sequence == 1);
+    REQUIRE(f.model.refresh(f.nothing, 0, *f.snapshot));
+    CHECK(f.model.x() == before);
+  }
+  SECTION("efforts are asked for") {
+    feedback.efforts_known = true;
+    feedback.lambda = lambda;
+    REQUIRE(f.model.refresh(feedback, 0, *f.snapshot));
+    CHECK((f.model.x() - before).lpNorm<Eigen::Infinity>() < kClose_m);
+    CHECK(f.snapshot->lambda == lambda);
+  }
+}
+
 TEST_CASE("A slack cable has no tension, and its path is shorter than the cable", "[law]") {
   Finger f;
   const Eigen::Vector2d measured(2e-3, -5e-3);  // bent to the right, with the left cable let out

@@ -191,19 +191,25 @@ INFORMATION 0
 
 )";
 
-inline std::string binary_vtk(bool with_offsets) {
+/// @param line_end  of what is text in it: bytes stay as they are
+inline std::string binary_vtk(bool with_offsets, const std::string& line_end = "\n") {
+  const auto text = [&](const std::string& lines) {
+    std::string result;
+    for (const char c : lines) result += c == '\n' ? line_end : std::string(1, c);
+    return result;
+  };
   const std::string cells =
-      with_offsets
-          ? fmt::format("CELLS 4 11\nOFFSETS vtktypeint64\n{}\nCONNECTIVITY vtktypeint64\n{}\n",
-                        bytes<int64_t>({0, 3, 7, 11}, true),
-                        bytes<int64_t>({0, 1, 2, 0, 1, 2, 3, 0, 2, 1, 4}, true))
-          : fmt::format("CELLS 3 14\n{}\n", bytes<int32_t>({3, 0, 1, 2, 4, 0, 1, 2, 3, 4, 0, 2, 1, 4}, true));
-  return fmt::format(
-      "# vtk DataFile Version {}\ntwo\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 float\n{}\n{}"
-      "CELL_TYPES 3\n{}\nCELL_DATA 3\nFIELD FieldData 1\nmaterial 1 3 short\n{}\n"
-      "METADATA\nINFORMATION 0\n\n",
-      with_offsets ? "5.1" : "4.2", coordinates(true), cells, bytes<int32_t>({5, 10, 10}, true),
-      bytes<int16_t>({7, 1, 2}, true));
+      with_offsets ? text("CELLS 4 11\nOFFSETS vtktypeint64\n") + bytes<int64_t>({0, 3, 7, 11}, true) +
+                         text("\nCONNECTIVITY vtktypeint64\n") +
+                         bytes<int64_t>({0, 1, 2, 0, 1, 2, 3, 0, 2, 1, 4}, true) + line_end
+                   : text("CELLS 3 14\n") + bytes<int32_t>({3, 0, 1, 2, 4, 0, 1, 2, 3, 4, 0, 2, 1, 4}, true) +
+                         line_end;
+  return text(fmt::format(
+             "# vtk DataFile Version {}\ntwo\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 float\n",
+             with_offsets ? "5.1" : "4.2")) +
+         coordinates(true) + line_end + cells + text("CELL_TYPES 3\n") + bytes<int32_t>({5, 10, 10}, true) +
+         text("\nCELL_DATA 3\nFIELD FieldData 1\nmaterial 1 3 short\n") + bytes<int16_t>({7, 1, 2}, true) +
+         text("\nMETADATA\nINFORMATION 0\n\n");
 }
 
 }  // namespace tendril::fem::testing

@@ -26,6 +26,12 @@ TEST_CASE("A legacy VTK file gives the same mesh in either version, as text or b
   SECTION("version 2, text") { check_two_tets(read_vtk_legacy(kOldVtk, "a.vtk")); }
   SECTION("version 5.1, text") { check_two_tets(read_vtk_legacy(kNewVtk, "a.vtk")); }
   SECTION("version 4.2, bytes") { check_two_tets(read_vtk_legacy(binary_vtk(false), "a.vtk")); }
+  SECTION("version 4.2, bytes, written on Windows") {
+    check_two_tets(read_vtk_legacy(binary_vtk(false, "\r\n"), "a.vtk"));
+  }
+  SECTION("version 5.1, bytes, written on Windows") {
+    check_two_tets(read_vtk_legacy(binary_vtk(true, "\r\n"), "a.vtk"));
+  }
   SECTION("version 5.1, bytes") { check_two_tets(read_vtk_legacy(binary_vtk(true), "a.vtk")); }
 }
 

@@ -224,4 +224,45 @@ TEST_CASE("A small file asks for little memory, whatever counts it names", "[uni
   CHECK_THAT(refused(many), Contains("NumberOfCells '8388608', expected a number of items that are there"));
 }
 
+TEST_CASE("Bytes that end with the file are all there, and one less is told", "[unit]") {
+  const std::string whole = testing::raw_vtu();
+  const std::string last = whole.substr(0, whole.find("</AppendedData>"));
+  check_two_tets(read_vtu(last, "a.vtu"));
+  CHECK_THAT(refused(last.substr(0, last.size() - 1)), Contains("found the end of the file, expected"));
+}
+
+TEST_CASE("Labels of one cell with many nodes ask for little memory", "[unit]") {
+  // One polygon; each label would name all its nodes again. In either of the formats, text.
+  const auto zeros = [](int count) {
+    std::string text;
+    for (int k = 0; k < count; ++k) text += "0 ";
+    return text;
+  };
+  const auto vtu = [&](int nodes, int labels) {
+    std::string text =
+        "<VTKFile><UnstructuredGrid><Piece NumberOfPoints=\"1\" NumberOfCells=\"1\"><Points><DataArray>0 0 "
+        "0</DataArray></Points><Cells><DataArray Name=\"types\">7</DataArray>";
+    text += fmt::format("<DataArray Name=\"offsets\">{}</DataArray><DataArray Name=\"connectivity\">{}",
+                        nodes, zeros(nodes));
+    text += "</DataArray></Cells><CellData>";
+    for (int k = 0; k < labels; ++k)
+      text += fmt::format("<DataArray type=\"Int8\" Name=\"{}\">1</DataArray>", k);
+    return text + "</CellData></Piece></UnstructuredGrid></VTKFile>";
+  };
+  const auto vtk = [&](int nodes, int labels) {
+    std::string text = fmt::format(
+        "# vtk DataFile Version 4.2\n\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 float\n0 0 0\nCELLS 1 "
+        "{}\n{} "
+        "{}\nCELL_TYPES 1\n7\nCELL_DATA 1\nFIELD f {}\n",
+        nodes + 1, nodes, zeros(nodes), labels);
+    for (int k = 0; k < labels; ++k) text += fmt::format("{} 1 1 int\n1\n", k);
+    return text;
+  };
+  const std::string said = "labels of cells, each for 50000 nodes of theirs, are more than a file of";
+  CHECK_THAT(testing::refusal([&] { read_vtu(vtu(50000, 1000), "a.vtu"); }), Contains("1000 " + said));
+  CHECK_THAT(testing::refusal([&] { read_vtk_legacy(vtk(50000, 1000), "a.vtk"); }), Contains("1000 " + said));
+  CHECK(testing::refusal([&] { read_vtu(vtu(50000, 5), "a.vtu"); }) == "no error");
+  CHECK(testing::refusal([&] { read_vtk_legacy(vtk(50000, 5), "a.vtk"); }) == "no error");
+}
+
 }  // namespace tendril::fem::vtu_encoding_test

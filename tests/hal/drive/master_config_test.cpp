@@ -45,6 +45,11 @@ TEST_CASE("A sound configuration passes and each unsound one says what is wrong"
   refused("'camera': the identifier must fit", [](MasterConfig& c) { c.sensors = {camera(0x800)}; });
   refused("heartbeat_timeout: expected at least two heartbeats, 0.1 s (it is 0.05 s)",
           [](MasterConfig& c) { c.heartbeat_timeout_ns = c.heartbeat_ns; });
+  refused("heartbeat_timeout: expected at least three control periods, 0.15 s, as the drives hear of the",
+          [](MasterConfig& c) {
+            c.period_ns = 50'000'000;
+            c.heartbeat_timeout_ns = 3 * c.period_ns - 1;
+          });
   refused("control period", [](MasterConfig& c) { c.period_ns = 0; });
   refused("0x202", [](MasterConfig& c) { cia402_settings(c.axes[0]).rpdo_id = 0x202; });
   refused("'cable 1' (node 2): referenced_bit: expected a bit of the statusword",
@@ -56,6 +61,18 @@ TEST_CASE("A sound configuration passes and each unsound one says what is wrong"
     cia402_settings(c.axes[0]).reference = Reference::kHoming;
     cia402_settings(c.axes[0]).homing.timeout_ns = 0;
   });
+}
+
+TEST_CASE("Three control periods of either protocol are enough for the drives to hear of the controller",
+          "[unit]") {
+  for (MasterConfig config : {config_of(2), odrive_config_of(2)}) {
+    config.period_ns = 100'000'000;
+    config.feedback_timeout_ns = 1'000'000'000;
+    config.heartbeat_timeout_ns = 3 * config.period_ns;
+    CHECK_NOTHROW(check(config));
+    --config.heartbeat_timeout_ns;
+    CHECK_THROWS_WITH(check(config), Catch::Contains("at least three control periods, 0.3 s"));
+  }
 }
 
 TEST_CASE("An axis that follows efforts needs a range, and with CANopen a rated torque", "[unit]") {

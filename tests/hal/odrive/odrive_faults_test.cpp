@@ -44,6 +44,25 @@ TEST_CASE("A new master clears the watchdogs that went off, and does not move an
   for (int i = 0; i < 4; ++i) CHECK(successor.drives[i].position() == rig.drives[i].position());
 }
 
+TEST_CASE("A watchdog that goes off before the first frame is cleared, whenever it does", "[unit]") {
+  const int64_t heartbeat_ns = GENERATE(1, 20, 50, 100) * kMillisecond_ns;
+  CAPTURE(heartbeat_ns);
+  // While the master listens nothing feeds the axes. Some have a heartbeat just before, some just after.
+  for (int64_t timeout_ns = std::max(2 * heartbeat_ns, 10 * kMillisecond_ns);
+       timeout_ns < 400 * kMillisecond_ns; timeout_ns += 5 * kMillisecond_ns) {
+    CAPTURE(timeout_ns);
+    MasterConfig config = odrive_config_of(2);
+    config.heartbeat_ns = heartbeat_ns;
+    config.heartbeat_timeout_ns = timeout_ns;
+    config.listen_ns = 200 * kMillisecond_ns;
+    OdriveRig rig(config, kMillisecond_ns / 3);
+    rig.command.enable = true;
+    rig.run_until([&] { return rig.measured.all_enabled || rig.faulted(); });
+    INFO(rig.master.describe(rig.measured.fault));
+    CHECK(rig.measured.all_enabled);
+  }
+}
+
 TEST_CASE("An ODrive axis that falls silent is a fault with its name, and the others go on", "[unit]") {
   EnabledOdriveRig rig(odrive_config_of(4));
   rig.plugs[2]->set_plugged(false);

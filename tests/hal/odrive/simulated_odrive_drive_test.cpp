@@ -1,5 +1,6 @@
 #include "hal/odrive/simulated_odrive_drive.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -112,6 +113,32 @@ TEST_CASE("What firmware 0.5 has other messages for is not answered in it", "[un
   Bench bench({.firmware = OdriveFirmware::k0_5});
   for (const char* question : {"040#R", "041#R", "043#R", "055#R"})
     CHECK(bench.say(*parse_frame(question)).empty());
+}
+
+TEST_CASE("Of all messages, a question is answered by those that an axis tells, once, and no other",
+          "[unit]") {
+  struct Row {
+    OdriveFirmware firmware;
+    std::vector<uint32_t> told;
+  };
+  const Row row = GENERATE(Row{OdriveFirmware::k0_5, {0x09, 0x14, 0x17}},
+                           Row{OdriveFirmware::k0_6, {0x00, 0x01, 0x03, 0x09, 0x14, 0x15, 0x17}});
+  const bool remote = GENERATE(true, false);  // or empty
+  for (uint32_t message = 0; message < 32; ++message) {
+    CAPTURE(message, remote);
+    Bench bench({.firmware = row.firmware, .position = 1});
+    bench.close();
+    const auto answers = bench.say({.id = 2u << 5 | message, .remote = remote});
+    const bool told = std::ranges::count(row.told, message) == 1;
+    REQUIRE(answers.size() == (told ? 1 : 0));
+    if (told) CHECK(parse_frame(answers[0])->id == (2u << 5 | message));
+    // Firmware 0.5 takes any frame for the order to stop or to clear errors. Without data nothing is set.
+    const bool stops = message == static_cast<uint32_t>(OdriveMessage::kEstop);
+    CHECK(bench.drive.axis_error() == (stops ? odrive_estop_error(row.firmware) : 0));
+    CHECK(bench.drive.state() == (stops ? kOdriveIdle : kOdriveClosedLoop));
+    bench.advance(1'000 * kMillisecond_ns);
+    CHECK(bench.drive.position() == Approx(1));
+  }
 }
 
 TEST_CASE("An axis draws the current that holds its load and the power that moves it", "[unit]") {
