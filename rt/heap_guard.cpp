@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The counting malloc family stands in the file of HeapGuard's own functions on purpose: a linker takes from
 // a static library only the files that define something still missing, and a program may well have no other
 // need of ours.

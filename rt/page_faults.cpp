@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "rt/page_faults.h"
 
 #include <sys/resource.h>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A CAN interface for one test alone."""
 
 import atexit

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Holds tendril-latency against cyclictest, in turns; called by tools/bench.
 
 Both report whole microseconds here, and both count a stall for every period that it covers: cyclictest leaves out the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a refresh of the model costs, next to what others need for a part of it on the same matrix.
 // tools/bench runs it.
 

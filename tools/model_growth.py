@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Meshes the diamond finer and finer, times a refresh on each mesh, with a factor for each pose and with one that is
 reused, and leaves tables and a picture."""
 

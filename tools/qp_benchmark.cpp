@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What each solve of the recorded control cycles costs, and whether it is right. tools/bench runs it, and
 // tools/qp_benchmark.py reads what it prints.
 

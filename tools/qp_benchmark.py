@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Replays recorded and generated control cycles through the QP solver and tabulates time, instructions and faults.
 
 Called by tools/bench. Instructions are counted by callgrind, which runs the same replay once more: it collects inside

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The experiments of Largilliere et al. (2015), section IV, in virtual time; each prints one JSON object.
 // tools/reproduce runs them and makes a page of what they print.
 

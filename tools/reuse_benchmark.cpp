@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a factor that is reused from pose to pose beats a factorisation at each: the response to the
 // actuators alone, found both ways along one path, for several distances between poses. tools/bench runs it.
 

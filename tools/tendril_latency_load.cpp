@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tools/tendril_latency_load.h"
 
 #include <pthread.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A library that tools/vcan loads before user-mode-linux, so that it runs on processors with AMX.
 //
 // User-mode-linux restores a process's floating-point registers with ptrace(PTRACE_SETREGSET, NT_X86_XSTATE)

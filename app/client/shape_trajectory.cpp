@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/client/shape_trajectory.h"
 
 #include <fmt/format.h>

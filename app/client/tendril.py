@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Operates a soft robot that tendrild controls, from Python.
 
     with Robot("/run/tendril/diamond.sock") as robot:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/daemon/measured_signals.h"
 
 #include "app/robot/robot.h"

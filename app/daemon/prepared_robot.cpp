@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/daemon/prepared_robot.h"
 
 #include "app/program/real_time_rights.h"

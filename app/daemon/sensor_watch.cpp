@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/daemon/sensor_watch.h"
 
 namespace tendril::app {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/daemon/telemetry_topics.h"
 
 #include <fmt/format.h>

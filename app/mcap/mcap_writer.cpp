@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/mcap/mcap_writer.h"
 
 #include <zlib.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/operation/body_watch.h"
 
 #include <algorithm>

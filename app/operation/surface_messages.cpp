@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/operation/surface_messages.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/plant/plant_line.h"
 
 namespace tendril::app {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/program/real_time_rights.h"
 
 #include <spdlog/spdlog.h>

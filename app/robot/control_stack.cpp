@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/robot/control_stack.h"
 
 #include <utility>

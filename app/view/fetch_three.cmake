@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Fetches three.js with npm and lays the modules that the page imports into a folder, as a browser can load them.
 # cmake -DNPM=... -DPACKAGE=FOLDER -DOUT=FOLDER -P fetch_three.cmake
 # Where there is no network it says so, and fails nothing: the page then has no 3D view, and the next build tries again.

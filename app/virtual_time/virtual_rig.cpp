@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/virtual_time/virtual_rig.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Debian packages of what `cmake --install` installs, by cpack; tools/package makes them. One component a package.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME tendril)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "fem/body/node_rotations.h"
 
 #include <algorithm>

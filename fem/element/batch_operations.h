@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the kernels of all laws share: the deformation of a batch of elements, and the sums of forces and
 // stiffness over the nodes. For kernel sources alone, see simd.h.
 #pragma once

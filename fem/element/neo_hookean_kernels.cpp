@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The formulas of NeoHookeanElement for a batch of elements. Compiled once for each instruction set: see
 // simd.h for what may stand here.
 #include "fem/element/batch_operations.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "fem/mesh/vtu_array.h"
 
 #include <fmt/format.h>

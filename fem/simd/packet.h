@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Vectors of TENDRIL_PACKET_SIZE doubles, one double for each of as many tetrahedra, and their loads and
 // stores. For kernel sources alone, see simd.h.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Substitution with the factor L.
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kernels of front_kernels.h. Compiled once for each instruction set: see simd.h for what may not be used
 // here.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Substitution with a front's factor in single precision for eight right-hand sides, for the kernel sources
 // alone: see simd.h. Each number of L meets eight numbers, and L is read in the order of memory, panel after
 // panel.

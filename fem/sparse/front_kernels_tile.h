@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Products A Bᵀ of panels, in tiles that stay in registers, for the kernel sources alone: see simd.h.
 #pragma once
 

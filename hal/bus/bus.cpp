@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hal/bus/bus.h"
 
 namespace tendril::hal {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hal/bus/open_bus.h"
 
 #include "hal/bus/bus_backends.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
 #include <net/if.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hal/canopen/sdo_sequence.h"
 
 namespace tendril::hal {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hal/drive/drive_protocol.h"
 
 namespace tendril::hal {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hal/odrive/odrive_protocol.h"
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hal/sim/simulated_servo.h"
 
 #include <algorithm>

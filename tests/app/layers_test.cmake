@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # A forbidden include does not compile. The compiler is asked with the very include directories of each folder's
 # library: for a header of a folder that it must not know, the test passes only where the compiler says that this
 # header was not found; for headers that it may include, only where all that it includes is found.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "fem/mesh/mesh_formats.h"
 #include "tests/fuzz/inputs.h"
 

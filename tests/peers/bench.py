@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot on a virtual CAN bus beside programs that are not Tendril's, for the tests of this folder.
 
 What may come late is waited for with great patience and never slept for: no test depends on how fast the machine is.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bus as candump of can-utils logs it, and as a DBC describes it to canmatrix: neither is Tendril's."""
 
 import re

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """A run from start to stop, as candump logs it and canmatrix reads it with the DBC that tendrild prints.
 
 Alone on the bus, and while cangen floods it.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A CANopen master for one CiA 402 drive on python3-can, written from the standards alone."""
 
 import struct

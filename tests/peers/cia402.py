@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What CiA 301 and CiA 402 say, for peers that know nothing of Tendril's own sources."""
 
 SYNC, NMT, MASTER = 0x080, 0x000, 127

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 'use strict';
 
 // Servo drives of CiA 402 on the npm package canopen, which knows nothing of Tendril: its object dictionary, SDO

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The simulated CiA 402 drive under a master that is not Tendril's, while cangen floods the bus."""
 
 import struct

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The simulated CiA 402 drive and its data sheet, as an SDO client on the npm package canopen reads them."""
 
 import configparser

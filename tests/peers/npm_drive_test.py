@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The daemon with drives that are not Tendril's: a CiA 402 servo on the npm package canopen (cia402_drive.js)."""
 
 import contextlib

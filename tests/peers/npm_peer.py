@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Programs on the npm package canopen, a CANopen stack of others for Node.js, on the bus."""
 
 import contextlib

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The simulated ODrive axis, asked and commanded as the maker's documentation of CANSimple has it, on python3-can."""
 
 import struct

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 'use strict';
 
 // An SDO client on the npm package canopen: reads every entry of a data sheet from a node, tries block transfers, and

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/qp/brute_force.h"
 
 #include <Eigen/LU>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/qp/exact_solution.h"
 
 #include <CGAL/Gmpzf.h>

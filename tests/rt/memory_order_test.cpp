@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // x86 orders memory so strictly that a missing acquire or release rarely shows in a run. ThreadSanitizer
 // follows the rules of the language instead, whatever the processor: it must find each twin below, which
 // differs from the real channel in one memory order, and nothing in the twin that has them all.

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The DBC that `tendrild --dbc` prints is what config/ ships, and another program reads our frames with it."""
 
 import configparser

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """What README and the pages mention is there: names, files, links, commands and their options."""
 
 import re

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Includes form a tree of rooms, and no circle anywhere. A unit is a header with its source, or either alone."""
 
 import re

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """What `cmake --install` puts on a machine works there, without the source tree."""
 
 import os

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """What tendril-latency promises to who calls it. No figure is judged: only that it is there, and what follows."""
 
 import json

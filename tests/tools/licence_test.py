@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Under which terms Tendril comes: every file says so, and no program calls what is under the GPL."""
 
 import os

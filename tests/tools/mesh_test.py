@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """What tools/mesh makes of small surfaces, read back by gmsh, and what it refuses."""
 
 import contextlib

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """What pictures of a run tell is what its summary tells."""
 
 import sys

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The picture of a robot shows what its file says, and can be read."""
 
 import importlib.machinery

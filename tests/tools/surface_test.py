@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Which surfaces tools/mesh takes for sound, and what it reads from STL and OBJ files."""
 
 import sys

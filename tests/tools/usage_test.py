@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Commands say what is wrong with their arguments before they install or build anything."""
 
 import os

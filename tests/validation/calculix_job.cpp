@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/validation/calculix_job.h"
 
 #include <fmt/format.h>

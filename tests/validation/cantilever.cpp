@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/validation/beam.h"
 #include "tests/validation/cases.h"
 #include "tests/validation/convergence.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/validation/cases.h"
 #include "tests/validation/convergence.h"
 #include "tests/validation/pressed_sphere.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The picture of a mesh: the body cut open, and how its tetrahedra are shaped."""
 
 import matplotlib

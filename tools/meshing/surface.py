@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether a triangulated surface encloses a body."""
 
 import numpy as np

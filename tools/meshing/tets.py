@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tetrahedral meshes as arrays: points (n x 3) and the corners of tetrahedra (m x 4) or triangles (k x 3)."""
 
 import numpy as np

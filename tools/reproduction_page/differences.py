@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Why figures differ from the paper's: a sentence each, with the figures that it rests on."""
 
 from .results import PAPER, change_at, curves, pick

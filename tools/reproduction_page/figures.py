@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draws the figures, in the look of tools/report."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """reproduction.html: one self-contained page on what tools/reproduce found."""
 
 import base64

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a run of the daemon on its bus came to, as far as it stands beside those in virtual time."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the experiments came to, and what the paper gives, by name."""
 
 PAPER = {

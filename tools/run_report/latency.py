@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What tendril-latency measured, as a picture and as a page that can be passed on."""
 
 import base64

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report files of a run, trace.csv and summary.json, from its log."""
 
 import csv

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reads MCAP files (https://mcap.dev/spec) whose messages are JSON: from the start to the end, or as far as a file that was
 cut off goes. Only what the standard library has, and
 for compressed files the library libzstd, which is part of every Debian."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pictures of a run. Colours are those of Okabe and Ito (2008), which colour-blind readers tell apart."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a robot file describes, as tendrild hands it over: app/robot/robot_geometry.h says what is in it."""
 
 import json

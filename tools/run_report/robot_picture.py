@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The robot as its file describes it: one picture of four views."""
 
 import textwrap

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One run of the controller as its report folder tells it: summary.json and trace.csv."""
 
 import csv

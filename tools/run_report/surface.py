@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A surface of triangles, shaded and translucent."""
 
 import matplotlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Views of things in space: directions on paper, a scale that fits, and labels that keep clear of each other."""
 
 from collections import namedtuple

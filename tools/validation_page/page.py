@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """validation.html: one self-contained page on what the validation cases measured."""
 
 import base64

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """usage: circle.py SOCKET [TURNS]
 
 Leads a robot along a circle of 4 mm radius, ten times or TURNS times; along a line if it has one coordinate only.

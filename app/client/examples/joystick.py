@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Moves a robot with a joystick or gamepad. It moves only while a button is pressed, by default the left shoulder button.
 
 Reads the events of Linux itself; `ls /dev/input/js*` shows the devices, and your user must be in their group. The simulated

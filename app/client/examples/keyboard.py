@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Moves a robot with the keys of a terminal, and shows where it is and what is wrong.
 
 The simulated robot needs no hardware:

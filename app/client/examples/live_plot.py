@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Draws the error of a running robot and the displacements of its actuators, as they come.
 
 Only watches, so it runs beside whatever operates the robot. Needs python3-matplotlib and python3-tk. The simulated robot

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """A ROS 2 node for a robot that tendrild controls. docs/ros2.md describes its topics, services and action.
 
 The simulated robot needs no hardware:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The WebSocket to tendril-view. It speaks the daemon's control protocol (docs/control-protocol.md), and connects again
 // by itself.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The ring by which a person drags the target, in the plane of the view.
 
 import * as THREE from "./three.module.js";

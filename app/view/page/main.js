@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The page of tendril-view: joins the connection with the scene, the panel and the plots.
 
 import { Connection, positions as positionsOf } from "./connection.js";

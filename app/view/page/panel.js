@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the page says in words and numbers, and its buttons.
 
 import { distance, measuredPlace, place } from "./robot.js";

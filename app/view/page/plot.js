@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A plot of the last seconds of a few values.
 
 const kSpan_s = 10;

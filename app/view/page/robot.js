@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a robot is made of, from the answers "greeting" and "geometry", in what people read: mm, ml, N, kPa.
 
 const kAxes = "xyz";

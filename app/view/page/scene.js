@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The robot in 3D: lengths in mm, z up. The body is drawn anew with each surface that comes, at other times only when
 // something changes.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a point has been in the last seconds, as a line that fades.
 
 import * as THREE from "./three.module.js";

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The Python client against a daemon that is fast, slow, silent, gone or none at all."""
 
 import contextlib

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The examples of the Python client: what keys, sticks and pictures do, and how the programs end."""
 
 import contextlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A daemon that speaks the control protocol, without a robot: its effectors are where they are wanted.
 
 Every message, in both directions, is held against docs/control-protocol.schema.json.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the bridge needs of ROS 2, without ROS 2: messages that are as strict as the real ones, a node, a goal.
 
 The real message classes assert the type of each value and know no other field than their own; so do these.

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The ROS 2 bridge between a node and a daemon that are both of the test: there is no ROS 2 in Debian."""
 
 import array

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/daemon/run_recorder.h"
 
 #include <catch2/catch.hpp>

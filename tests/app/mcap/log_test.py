@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The log of a real run holds what its report does, as we read it and as the npm package @mcap/core does; also where the
 daemon was killed, and where the file was cut off at any byte.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 'use strict';
 
 // Reads an MCAP file with the npm package @mcap/core, all checksums included.

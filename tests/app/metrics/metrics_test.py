@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """What a running daemon tells Prometheus is what promtool wants, and what dashboard and alerts ask for is in it.
 
 usage: metrics_test.py TENDRILD PLANT

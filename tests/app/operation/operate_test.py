@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """A running robot is operated through its control socket: by tendrilctl, by the Python client, and by line noise."""
 
 import base64

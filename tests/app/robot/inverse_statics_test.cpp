@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "app/robot/inverse_statics.h"
 
 #include <catch2/catch.hpp>

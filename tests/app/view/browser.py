@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Chromium without a screen, driven over its DevTools protocol."""
 
 import base64

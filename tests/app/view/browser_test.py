@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """A person at the page of tendril-view, in a real browser, with a daemon and a simulated robot."""
 
 import contextlib

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """tendril-view towards browsers that are friendly or not, with a daemon that is a few lines of Python."""
 
 import contextlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A WebSocket client for tests: text messages only. [RFC 6455]"""
 
 import base64

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "fem/body/compliance.h"
 
 #include <Eigen/Dense>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What holds for each law of the table.
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>

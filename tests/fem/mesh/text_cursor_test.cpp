@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "fem/mesh/text_cursor.h"
 
 #include <catch2/catch.hpp>

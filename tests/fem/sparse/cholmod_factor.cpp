@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/fem/sparse/cholmod_factor.h"
 
 #include <cholmod.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hal/bus/virtual_bus.h"
 
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hal/canopen/sdo_upload.h"
 
 #include <catch2/catch.hpp>

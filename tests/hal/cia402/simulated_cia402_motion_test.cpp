@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hal/cia402/simulated_cia402_motion.h"
 
 #include <catch2/catch.hpp>

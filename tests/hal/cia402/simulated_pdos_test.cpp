@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hal/cia402/simulated_pdos.h"
 
 #include "tests/hal/cia402/simulated_drive_bench.h"

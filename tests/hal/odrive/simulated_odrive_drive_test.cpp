@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hal/odrive/simulated_odrive_drive.h"
 
 #include <algorithm>

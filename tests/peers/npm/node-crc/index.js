@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 'use strict';
 
 // The check sum of CANopen's block transfers, bit by bit: 16 bits, nothing reflected. [CiA 301]
