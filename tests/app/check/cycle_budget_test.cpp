@@ -58,7 +58,8 @@ TEST_CASE("The stages of a cycle are measured with drives that follow, whatever 
 
 TEST_CASE("A rate at which the drives cannot be brought to follow is refused with what they say", "[unit]") {
   Block block;
-  block.config.control.rate_hz = 2;  // answers over SDO come later than the master waits for them
+  block.config.control.rate_hz = 2;  // enabling takes some cycles, and longer than it may
+  block.config.bus.master.enable_timeout_ns = 500'000'000;
   block.config.bus.master.feedback_timeout_ns = 1'000'000'000;
   block.config.bus.master.heartbeat_timeout_ns = 1'500'000'000;  // three control periods
   const auto robot = build_model(block.config);
