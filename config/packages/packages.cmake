@@ -13,6 +13,9 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 
+# tools/package fills in the date.
+configure_file(${CMAKE_SOURCE_DIR}/config/packages/changelog.Debian.in ${CMAKE_BINARY_DIR}/packages/changelog.Debian @ONLY)
+
 macro(tendril_package component name section)
   string(TOUPPER ${component} upper)
   set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${name})
