@@ -18,8 +18,6 @@ constexpr double kArrived = 1e-6;  // s
 constexpr double kLimitTolerance = 1e-5;  // s
 // Targets on the border of the workspace are inside in spite of rounding.
 constexpr double kBorder = 1e-9;  // m; the workspace has no border for volumes
-// How long drives may take to disable before the run ends without them.
-constexpr int64_t kDisableLimit_ns = 1'000'000'000;
 
 bool inside(const EffectorVector& p, const EffectorVector& lower, const EffectorVector& upper) noexcept {
   return p.allFinite() && (p.array() >= lower.array() - kBorder).all() &&
@@ -209,7 +207,7 @@ void Controller::advance_phase(const hal::Measurement& measurement, const Snapsh
         enter(end_requested_ ? Phase::kDisabling : Phase::kStandby, now_ns);
       break;
     case Phase::kDisabling:
-      if (measurement.finished || elapsed_ns > kDisableLimit_ns) enter(Phase::kStopped, now_ns);
+      if (measurement.finished || elapsed_ns > config_.disable_limit_ns) enter(Phase::kStopped, now_ns);
       break;
     case Phase::kRunning:
     case Phase::kStandby:

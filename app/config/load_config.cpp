@@ -93,6 +93,7 @@ void read_bus(Reader& r, BusConfig& bus, Protocols protocols) {
   ProtocolSettings common(r);
   common.time("boot_timeout", master.start_timeout_ns, kStartTimeout);
   common.time("enable_timeout", master.enable_timeout_ns, kStartTimeout);
+  common.time("disable_timeout", master.disable_timeout_ns, kStartTimeout);
   common.time("heartbeat", master.heartbeat_ns, kHeartbeat);
   common.time("heartbeat_timeout", master.heartbeat_timeout_ns, kHeartbeat);
   common.time("feedback_timeout", master.feedback_timeout_ns, kHeartbeat);

@@ -195,6 +195,7 @@ rt::ControllerConfig controller_config(const Config& config) {
   result.period_s = 1 / config.control.rate_hz;
   result.snapshot_age_limit_ns = nanoseconds(config.control.snapshot_age_limit);
   result.target_age_limit_ns = nanoseconds(config.control.target_age_limit);
+  result.disable_limit_ns = config.bus.master.disable_timeout_ns;
   result.late_cycles_limit = config.control.late_cycles_limit;
   result.stop = config.control.stop;
   result.feedback = {measured_coordinates(config), result.period_s, config.control.feedback_time,

@@ -48,6 +48,7 @@ struct MasterConfig {
   int64_t heartbeat_timeout_ns = 150'000'000;  // without a heartbeat, until a node counts as lost
   int64_t start_timeout_ns = 5'000'000'000;    // until a drive must have booted, and be running without power
   int64_t enable_timeout_ns = 15'000'000'000;  // from the begin of enabling until a drive is enabled
+  int64_t disable_timeout_ns = 1'000'000'000;  // from the begin of disabling until a run ends all the same
   int64_t feedback_timeout_ns = 50'000'000;    // without a position
   std::vector<SensorConfig> sensors{};
   std::any protocol_settings{};  // settings of the protocol, see settings_as

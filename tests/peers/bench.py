@@ -127,7 +127,7 @@ def finger(protocol="canopen", changes=()):
         ("late_cycles_limit: 20", "late_cycles_limit: 20000"),
         ("heartbeat_timeout: 150 ms", "heartbeat_timeout: 60 s\n  feedback_timeout: 60 s"),
     ]
-    patient += [("  bitrate: 1 Mbit/s\n", "  bitrate: 1 Mbit/s\n  boot_timeout: 10 s\n  enable_timeout: 60 s\n")]
+    patient += [("  bitrate: 1 Mbit/s\n", "  bitrate: 1 Mbit/s\n  boot_timeout: 10 s\n  enable_timeout: 60 s\n  disable_timeout: 10 s\n")]
     if protocol == "canopen":
         patient += [("  master_node: 127\n", "  master_node: 127\n  sdo_timeout: 30 s\n")]
     if protocol == "odrive":

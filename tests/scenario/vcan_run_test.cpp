@@ -98,7 +98,7 @@ void write_patiently(std::string yaml, const fs::path& file) {
   replace("late_cycles_limit: 20", "late_cycles_limit: 20000");
   replace("  bitrate: 1 Mbit/s\n",
           "  bitrate: 1 Mbit/s\n  heartbeat_timeout: 30 s\n  feedback_timeout: 30 s\n"
-          "  boot_timeout: 10 s\n  enable_timeout: 60 s\n");
+          "  boot_timeout: 10 s\n  enable_timeout: 60 s\n  disable_timeout: 10 s\n");
   std::ofstream(file) << yaml;
 }
 

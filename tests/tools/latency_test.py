@@ -35,7 +35,7 @@ def patient_finger():
         ("snapshot_age_limit: 500 ms", "snapshot_age_limit: 300 s"),
         ("target_age_limit: 500 ms", "target_age_limit: 300 s"),
         ("heartbeat_timeout: 150 ms", "heartbeat_timeout: 60 s\n  feedback_timeout: 60 s\n  sdo_timeout: 20 s\n"
-            "  boot_timeout: 10 s\n  enable_timeout: 60 s"),
+            "  boot_timeout: 10 s\n  enable_timeout: 60 s\n  disable_timeout: 10 s"),
     ):
         if old not in text:
             raise AssertionError(f"config/finger.yaml has no '{old}'")

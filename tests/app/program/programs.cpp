@@ -15,7 +15,8 @@ const Changes kPatience{
     {"snapshot_age_limit: 500 ms", "snapshot_age_limit: 300 s"},
     {"target_age_limit: 500 ms", "target_age_limit: 300 s"},
     {"heartbeat_timeout: 150 ms", "heartbeat_timeout: 30 s\n  feedback_timeout: 30 s"},
-    {"bitrate: 1 Mbit/s\n", "bitrate: 1 Mbit/s\n  boot_timeout: 5 s\n  enable_timeout: 60 s\n"},
+    {"bitrate: 1 Mbit/s\n",
+     "bitrate: 1 Mbit/s\n  boot_timeout: 5 s\n  enable_timeout: 60 s\n  disable_timeout: 10 s\n"},
     {"  master_node: 127\n", "  master_node: 127\n  sdo_timeout: 3 s\n"}};
 
 /// Where the plant stalls while the daemon does not, axes lag behind their commands.

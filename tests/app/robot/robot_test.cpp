@@ -142,7 +142,7 @@ TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]"
       finger_config({{"node: 2, counts_per_turn: 65536, pulley_radius: 5 mm",
                       "node: 9, counts_per_turn: 4096, pulley_radius: 8 mm, reversed: true"},
                      {"heartbeat: 50 ms",
-                      "heartbeat: 40 ms\n  sdo_timeout: 0.3 s\n  boot_timeout: 5 s\n  enable_timeout: 20 s"},
+                      "heartbeat: 40 ms\n  sdo_timeout: 0.3 s\n  boot_timeout: 5 s\n  enable_timeout: 20 s\n  disable_timeout: 3 s"},
                      {"rate: 100 Hz", "rate: 80 Hz"}});
   const hal::MasterConfig m = master_config(config);
   REQUIRE(m.axes.size() == 2);
@@ -157,6 +157,7 @@ TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]"
   CHECK(m.start_timeout_ns == 5'000'000'000);
   CHECK(m.start_timeout_ns == 5'000'000'000);
   CHECK(m.enable_timeout_ns == 20'000'000'000);
+  CHECK(controller_config(config).disable_limit_ns == 3'000'000'000);
   CHECK(m.heartbeat_ns == 40'000'000);
   CHECK(m.heartbeat_timeout_ns == 150'000'000);
   CHECK(m.feedback_timeout_ns == 50'000'000);
