@@ -141,7 +141,7 @@ TEST_CASE("No drive is enabled before the required sensors are fresh", "[unit]")
 }
 
 TEST_CASE("Drives that never disable do not keep the run from ending", "[unit]") {
-  const int64_t limit_ns = GENERATE(1'000'000'000, 3'000'000'000);
+  const int64_t limit_ns = GENERATE(1, 3) * int64_t{1'000'000'000};
   ControllerConfig config = testing::one_cable();
   config.disable_limit_ns = limit_ns;
   Rig rig(config);
