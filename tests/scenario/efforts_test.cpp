@@ -78,7 +78,7 @@ TEST_CASE("The finger on efforts comes to rest at its waypoint, its cables at th
 }
 
 TEST_CASE("The finger on efforts follows its line, within what inertia and friction of its drives leave",
-          "[scenario]") {
+          "[figures]") {
   const std::string protocol = GENERATE("canopen", "odrive");
   CAPTURE(protocol);
   Config config = like_the_model(testing::on_efforts(finger_with(protocol), {0, 1}));
@@ -123,7 +123,7 @@ TEST_CASE("One robot may have axes of both kinds", "[scenario]") {
 }
 
 TEST_CASE("Where the body is stiffer than the model, efforts err by its share and displacements by less",
-          "[scenario]") {
+          "[figures]") {
   const Config finger = to_a_waypoint(like_the_model(testing::finger(), 1.1));  // 5 mm aside
   const double on_lengths = Run(finger, kSettled_s).last_error_mm();
   const Run run(testing::on_efforts(finger, {0, 1}), kSettled_s);

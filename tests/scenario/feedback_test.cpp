@@ -49,7 +49,7 @@ TEST_CASE("Feedback makes the error on the path smaller, most where the model er
   CHECK(closed.largest < 1.2 * open.largest);
 }
 
-TEST_CASE("Where the robot is wanted to stay, feedback brings the body there", "[scenario]") {
+TEST_CASE("Where the robot is wanted to stay, feedback brings the body there", "[figures]") {
   Config config = foreign("diamond", true, 1.3, 1.1);
   config.motion->waypoints = {{0.008, -0.005, 0.002}};
   config.motion->closed = false;

@@ -123,7 +123,7 @@ TEST_CASE("A goal out of reach is served by the closest point, within all limits
 }
 
 TEST_CASE("The error grows when the model is refreshed less often and not when the bus is a little slower",
-          "[scenario]") {
+          "[figures]") {
   Config config = testing::finger();
   config.motion->speed = 0.04;
   const auto error = [&](const VirtualSettings& settings) {

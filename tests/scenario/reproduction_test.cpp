@@ -72,7 +72,7 @@ TEST_CASE("In the one loop the model moves under the efforts that follow from it
 }
 
 TEST_CASE("Periods of the model that jitter stay within their share, and are the same at every run",
-          "[scenario]") {
+          "[figures]") {
   const auto stamps = [](uint32_t seed) {
     app::VirtualRig rig(app::testing::finger(),
                         {.model_rate_hz = 50, .model_jitter = 0.5, .jitter_seed = seed});
