@@ -29,7 +29,7 @@ struct ControllerConfig {
   double period_s = 0;                               ///< s
   int64_t snapshot_age_limit_ns = 0;
   int64_t target_age_limit_ns = 0;
-  int64_t disable_limit_ns = 1'000'000'000;                 ///< a run that ends waits so long for drives to disable
+  int64_t disable_limit_ns = 1'000'000'000;  ///< a run that ends waits so long for drives to disable
   int late_cycles_limit = std::numeric_limits<int>::max();  ///< so many in a row end the run
   StopAction stop = StopAction::kHold;
   ObserverConfig feedback;         ///< of measured effectors; none measured: open loop

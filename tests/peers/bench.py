@@ -121,7 +121,7 @@ def finger(protocol="canopen", changes=()):
     text = (ROOT / "config/finger.yaml").read_text()
     patient = [
         ("file: finger.msh", f"file: {ROOT}/config/finger.msh"),
-        ("rate: 600 Hz", "rate: 100 Hz\n  iteration_cap: 32"),
+        ("rate: 600 Hz", "rate: 100 Hz\n  model_rate_limit: 20 Hz\n  iteration_cap: 32"),
         ("snapshot_age_limit: 500 ms", "snapshot_age_limit: 300 s"),
         ("target_age_limit: 500 ms", "target_age_limit: 300 s"),
         ("late_cycles_limit: 20", "late_cycles_limit: 20000"),

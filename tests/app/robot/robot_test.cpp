@@ -142,7 +142,8 @@ TEST_CASE("The bus's axes and rates are those of the file in SI units", "[unit]"
       finger_config({{"node: 2, counts_per_turn: 65536, pulley_radius: 5 mm",
                       "node: 9, counts_per_turn: 4096, pulley_radius: 8 mm, reversed: true"},
                      {"heartbeat: 50 ms",
-                      "heartbeat: 40 ms\n  sdo_timeout: 0.3 s\n  boot_timeout: 5 s\n  enable_timeout: 20 s\n  disable_timeout: 3 s"},
+                      "heartbeat: 40 ms\n  sdo_timeout: 0.3 s\n  boot_timeout: 5 s\n  enable_timeout: 20 s\n"
+                      "  disable_timeout: 3 s"},
                      {"rate: 100 Hz", "rate: 80 Hz"}});
   const hal::MasterConfig m = master_config(config);
   REQUIRE(m.axes.size() == 2);
