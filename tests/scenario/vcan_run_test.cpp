@@ -92,7 +92,7 @@ void write_patiently(std::string yaml, const fs::path& file) {
     REQUIRE(at != std::string::npos);
     yaml.replace(at, from.size(), to);
   };
-  replace("rate: 600 Hz", "rate: 100 Hz\n  iteration_cap: 32");
+  replace("rate: 600 Hz", "rate: 100 Hz\n  model_rate_limit: 20 Hz\n  iteration_cap: 32");
   replace("snapshot_age_limit: 500 ms", "snapshot_age_limit: 30 s");
   replace("target_age_limit: 500 ms", "target_age_limit: 30 s");
   replace("late_cycles_limit: 20", "late_cycles_limit: 20000");

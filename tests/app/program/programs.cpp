@@ -10,7 +10,8 @@ namespace {
 const std::filesystem::path kConfig = std::filesystem::path(TENDRIL_SOURCE_DIR) / "config";
 
 const Changes kPatience{
-    {"rate: 600 Hz", "rate: 200 Hz\n  iteration_cap: 32"},  // else too low a one on a slow machine
+    {"rate: 600 Hz",
+     "rate: 200 Hz\n  model_rate_limit: 20 Hz\n  iteration_cap: 32"},  // else too low a cap on a slow machine
     {"late_cycles_limit: 20", "late_cycles_limit: 100000"},
     {"snapshot_age_limit: 500 ms", "snapshot_age_limit: 300 s"},
     {"target_age_limit: 500 ms", "target_age_limit: 300 s"},
