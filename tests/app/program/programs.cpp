@@ -9,9 +9,10 @@ namespace {
 
 const std::filesystem::path kConfig = std::filesystem::path(TENDRIL_SOURCE_DIR) / "config";
 
+// A model that refreshes as often as it can leaves other programs no CPU; a cap that is measured is too low
+// on a slow machine.
 const Changes kPatience{
-    {"rate: 600 Hz",
-     "rate: 200 Hz\n  model_rate_limit: 20 Hz\n  iteration_cap: 32"},  // else too low a cap on a slow machine
+    {"rate: 600 Hz", "rate: 200 Hz\n  model_rate_limit: 20 Hz\n  iteration_cap: 32"},
     {"late_cycles_limit: 20", "late_cycles_limit: 100000"},
     {"snapshot_age_limit: 500 ms", "snapshot_age_limit: 300 s"},
     {"target_age_limit: 500 ms", "target_age_limit: 300 s"},
